@@ -1,0 +1,4 @@
+//! strandbench command line.
+fn main() {
+    strandbench_cli::main()
+}

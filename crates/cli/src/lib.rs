@@ -1,0 +1,3 @@
+//! Placeholder.
+/// Entry point.
+pub fn main() {}

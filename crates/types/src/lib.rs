@@ -1,0 +1,23 @@
+//! The nouns that cross crate boundaries: cameras, images, strands, meshes, estimates and truth.
+//!
+//! World units are millimetres, angles are radians, time is seconds. Cameras follow OpenCV: +x right,
+//! +y down, +z forward, and the centre of the top-left pixel is (0.5, 0.5). Transforms are named
+//! `target_from_source`.
+
+mod camera;
+mod estimate;
+mod frame;
+mod image;
+mod mesh;
+mod monitor;
+mod strands;
+mod truth;
+
+pub use camera::{Camera, Rig};
+pub use estimate::{DepthMap, Estimate, OrientationField};
+pub use frame::Frame;
+pub use image::Plane;
+pub use mesh::TriMesh;
+pub use monitor::{Cancelled, Monitor, Silent};
+pub use strands::{StrandError, StrandSet};
+pub use truth::{SampleHit, SampleHits, Truth, VISIBILITY_STEP_MM, ViewTruth, Visibility};

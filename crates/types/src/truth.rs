@@ -72,6 +72,14 @@ pub struct Visibility {
     pub seen_by: Vec<u32>,
 }
 
+impl Visibility {
+    /// Number of samples on a strand of this arc length (mm): those at (i + 1/2) [`VISIBILITY_STEP_MM`] that
+    /// lie on it. Sample i stands for the stretch between i and i + 1 steps, the last one also for the rest.
+    pub fn samples_on(length_mm: f64) -> usize {
+        (length_mm / f64::from(VISIBILITY_STEP_MM) + 0.5).floor() as usize
+    }
+}
+
 /// Truth of one frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Truth {

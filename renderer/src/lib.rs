@@ -1,7 +1,27 @@
 //! A ray tracer for hair fibres and meshes with Marschner shading, and the cameras' imperfections.
+//!
+//! Fibres are chains of round cones (linear tubes with spherical joints), meshes are triangles, both in one
+//! obvhs BVH. Light is direct and shadowed; what fibres let through to other fibres is not followed, so
+//! light hair comes out darker than in nature.
 
-use strandbench_scenes::{Scene, Sensor};
-use strandbench_types::{Cancelled, Monitor, Plane, SampleHits};
+pub mod accel;
+pub mod cone;
+mod footprint;
+mod light;
+pub mod marschner;
+mod math;
+mod sampler;
+mod scene;
+mod sensor;
+mod skin;
+mod view;
+
+pub use light::{LightSample, Lights};
+pub use scene::{RenderScene, fibre_tangent};
+pub use sensor::expose;
+pub use skin::scatter as scatter_skin;
+
+use strandbench_types::{Cancelled, Plane, SampleHits};
 
 /// Why a view could not be rendered.
 #[derive(Debug, thiserror::Error)]
@@ -32,6 +52,27 @@ impl Default for Settings {
     }
 }
 
+impl Settings {
+    fn validate(&self, pixels: usize) -> Result<(), RenderError> {
+        let (first, most) = (self.samples_per_pixel, self.max_samples_per_pixel);
+        let fail = |what: String| Err(RenderError::Scene(format!("render settings: {what}")));
+        if first == 0 || most > u32::from(u16::MAX) || first > most {
+            return fail(format!(
+                "samples_per_pixel {first} and max_samples_per_pixel {most} must satisfy 1 <= first <= most <= 65535"
+            ));
+        }
+        if !(self.noise_target >= 0.0 && self.noise_target.is_finite()) {
+            return fail(format!("noise_target is {}; it must not be negative", self.noise_target));
+        }
+        if pixels as u64 * u64::from(first) > u64::from(u32::MAX) {
+            return fail(format!(
+                "{pixels} pixels times {first} samples are more hits than 32 bits count; use fewer samples_per_pixel"
+            ));
+        }
+        Ok(())
+    }
+}
+
 /// One rendered view.
 #[derive(Clone, Debug)]
 pub struct Render {
@@ -48,7 +89,7 @@ pub struct Render {
 /// Work done for one view.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Stats {
-    /// Camera rays.
+    /// Camera rays traced; rays through pixels that cannot see anything are not.
     pub primary_rays: u64,
     /// Shadow rays.
     pub shadow_rays: u64,
@@ -56,38 +97,4 @@ pub struct Stats {
     pub converged: f64,
     /// Wall seconds.
     pub wall_s: f64,
-}
-
-/// A scene with its acceleration structure, shared by all views.
-pub struct RenderScene<'a> {
-    scene: &'a Scene,
-}
-
-impl<'a> RenderScene<'a> {
-    /// Builds the acceleration structure.
-    ///
-    /// # Errors
-    /// If the strands are invalid or there is nothing to render.
-    pub fn new(scene: &'a Scene) -> Result<RenderScene<'a>, RenderError> {
-        Ok(RenderScene { scene })
-    }
-
-    /// Renders the view of camera `camera` (index in the scene's true rig); same seed, same bits.
-    ///
-    /// # Errors
-    /// If the camera does not exist or the work is cancelled.
-    pub fn render(
-        &self,
-        camera: usize,
-        _settings: &Settings,
-        _seed: u64,
-        _monitor: &dyn Monitor,
-    ) -> Result<Render, RenderError> {
-        Err(RenderError::Scene(format!("{}: camera {camera} is not built yet", self.scene.name)))
-    }
-}
-
-/// The linear-light monochrome image (1.0 = full scale) that camera `camera` delivers for a radiance.
-pub fn expose(_sensor: &Sensor, _camera: usize, radiance_rgb: &Plane<[f32; 3]>, _seed: u64) -> Plane<f32> {
-    radiance_rgb.map(|c| c[0])
 }

@@ -1,0 +1,265 @@
+//! The acceleration structure over fibre segments and triangles: obvhs' compressed wide BVH.
+
+use crate::RenderError;
+use crate::cone::{RoundCone, Triangle};
+use glam::{UVec2, Vec3, Vec3A};
+use obvhs::BvhBuildParams;
+use obvhs::aabb::Aabb;
+use obvhs::cwbvh::CwBvh;
+use obvhs::cwbvh::builder::build_cwbvh;
+use obvhs::ray::Ray;
+use std::time::Duration;
+use strandbench_types::{StrandSet, TriMesh};
+
+/// What a ray met first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Hit {
+    /// A fibre.
+    Fibre {
+        /// Distance along the ray, mm.
+        t: f32,
+        /// Strand index.
+        strand: u32,
+        /// Index of the strand set's point at which the segment starts.
+        point: u32,
+        /// Position along the segment, 0..1.
+        along: f32,
+    },
+    /// A mesh.
+    Mesh {
+        /// Distance along the ray, mm.
+        t: f32,
+        /// Surface index.
+        surface: u32,
+        /// Triangle index in the surface's mesh.
+        triangle: u32,
+        /// Barycentric weights of the second and third corner.
+        uv: [f32; 2],
+    },
+}
+
+/// A primitive's identity: which strand and point, or which surface and triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Name {
+    /// Strand, or surface with the top bit set.
+    owner: u32,
+    /// Start point of the segment, or triangle.
+    item: u32,
+}
+
+const MESH_BIT: u32 = 1 << 31;
+
+/// A shadow ray that starts on a fibre passes that fibre near its start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Skip {
+    /// The strand that the ray leaves.
+    pub strand: u32,
+    /// Start point of the segment that the ray leaves; it and its two neighbours are passed.
+    pub point: u32,
+    /// Other segments of the strand are passed below this distance, mm.
+    pub near_mm: f32,
+}
+
+/// Blockers that were met last; trying them first spares most traversals of shadowed points and cannot
+/// change an answer.
+#[derive(Clone, Copy, Debug)]
+pub struct LastBlockers {
+    slots: [u32; 4],
+    next: usize,
+}
+
+impl Default for LastBlockers {
+    fn default() -> LastBlockers {
+        LastBlockers { slots: [u32::MAX; 4], next: 0 }
+    }
+}
+
+/// All primitives of a scene, in the order of the BVH's leaves.
+pub struct Accel {
+    bvh: CwBvh,
+    /// For each leaf slot: index into `cones`, or into `triangles` with the top bit set.
+    slots: Vec<u32>,
+    cones: Vec<RoundCone>,
+    cone_names: Vec<Name>,
+    triangles: Vec<Triangle>,
+    triangle_names: Vec<Name>,
+    centre: Vec3,
+    radius: f32,
+}
+
+impl Accel {
+    /// Builds over all segments of `strands` and all triangles of `meshes`.
+    ///
+    /// # Errors
+    /// If there are neither, or more than 2^31 - 1 of them.
+    pub fn new(strands: &StrandSet, meshes: &[&TriMesh]) -> Result<Accel, RenderError> {
+        let mut cones = Vec::with_capacity(strands.points.len().saturating_sub(strands.len()));
+        let mut cone_names = Vec::with_capacity(cones.capacity());
+        for strand in 0..strands.len() {
+            let range = strands.range(strand);
+            for i in range.start..range.end.saturating_sub(1) {
+                let (p, r) = (&strands.points, &strands.radii_mm);
+                cones.push(RoundCone::new(p[i], r[i], p[i + 1], r[i + 1]));
+                cone_names.push(Name { owner: strand as u32, item: i as u32 });
+            }
+        }
+        let mut triangles = Vec::new();
+        let mut triangle_names = Vec::new();
+        for (surface, mesh) in meshes.iter().enumerate() {
+            for (item, t) in mesh.triangles.iter().enumerate() {
+                let [a, b, c] = t.map(|k| mesh.vertices[k as usize]);
+                triangles.push(Triangle { a, ab: b - a, ac: c - a });
+                triangle_names.push(Name { owner: MESH_BIT | surface as u32, item: item as u32 });
+            }
+        }
+        let total = cones.len() + triangles.len();
+        if total == 0 {
+            return Err(RenderError::Scene("there is nothing to render: no strands and no meshes".into()));
+        }
+        if total >= MESH_BIT as usize {
+            return Err(RenderError::Scene(format!("{total} segments and triangles are more than 2^31 - 1")));
+        }
+        let boxes = cones.iter().map(RoundCone::bounds).chain(triangles.iter().map(Triangle::bounds));
+        let (lo, hi) = boxes
+            .clone()
+            .fold((Vec3::splat(f32::MAX), Vec3::splat(f32::MIN)), |(lo, hi), (a, b)| (lo.min(a), hi.max(b)));
+        // Rounding in the node test grows with the distances involved: wider boxes make it conservative.
+        let pad = 4e-7 * ((hi - lo).length() + lo.abs().max(hi.abs()).max_element());
+        let boxes: Vec<Aabb> =
+            boxes.map(|(lo, hi)| Aabb::new(Vec3A::from(lo - pad), Vec3A::from(hi + pad))).collect();
+        let params = BvhBuildParams { max_prims_per_leaf: 3, ..BvhBuildParams::medium_build() };
+        let mut bvh = build_cwbvh(&boxes, params, &mut Duration::default());
+        drop(boxes);
+        let order = std::mem::take(&mut bvh.primitive_indices);
+        let n = cones.len();
+        let mut slots = Vec::with_capacity(total);
+        let mut sorted_cones = Vec::with_capacity(n);
+        let mut sorted_cone_names = Vec::with_capacity(n);
+        let mut sorted_triangles = Vec::with_capacity(triangles.len());
+        let mut sorted_triangle_names = Vec::with_capacity(triangles.len());
+        for &i in &order {
+            let i = i as usize;
+            if i < n {
+                slots.push(sorted_cones.len() as u32);
+                sorted_cones.push(cones[i]);
+                sorted_cone_names.push(cone_names[i]);
+            } else {
+                slots.push(MESH_BIT | sorted_triangles.len() as u32);
+                sorted_triangles.push(triangles[i - n]);
+                sorted_triangle_names.push(triangle_names[i - n]);
+            }
+        }
+        Ok(Accel {
+            bvh,
+            slots,
+            cones: sorted_cones,
+            cone_names: sorted_cone_names,
+            triangles: sorted_triangles,
+            triangle_names: sorted_triangle_names,
+            centre: (lo + hi) * 0.5,
+            radius: (hi - lo).length() * 0.5 + pad,
+        })
+    }
+
+    /// Centre and radius of a sphere around everything, mm.
+    pub fn bounding_sphere(&self) -> (Vec3, f32) {
+        (self.centre, self.radius)
+    }
+
+    /// The first thing that the ray (unit direction) meets with `t > 0`; equal distances go to the lower
+    /// identity, so the answer does not depend on the BVH.
+    pub fn closest(&self, origin: Vec3, direction: Vec3) -> Option<Hit> {
+        let mut ray = Ray::new(origin.into(), direction.into(), 0.0, f32::INFINITY);
+        let mut best: Option<Hit> = None;
+        let mut best_name = Name { owner: u32::MAX, item: u32::MAX };
+        let mut state = self.bvh.new_traversal(ray.direction);
+        let mut node;
+        obvhs::traverse!(self.bvh, node, state, node.intersect_ray(&ray, state.oct_inv4), {
+            let slot = self.slots[state.primitive_id as usize];
+            if slot & MESH_BIT == 0 {
+                if let Some(h) = self.cones[slot as usize].intersect(origin, direction, 0.0) {
+                    if h.t <= ray.tmax {
+                        let name = self.cone_names[slot as usize];
+                        if h.t < ray.tmax || (name.owner, name.item) < (best_name.owner, best_name.item) {
+                            best_name = name;
+                            ray.tmax = h.t;
+                            best = Some(Hit::Fibre {
+                                t: h.t,
+                                strand: name.owner,
+                                point: name.item,
+                                along: h.along,
+                            });
+                        }
+                    }
+                }
+            } else {
+                let k = (slot & !MESH_BIT) as usize;
+                if let Some(h) = self.triangles[k].intersect(origin, direction, 0.0) {
+                    if h.t <= ray.tmax {
+                        let name = self.triangle_names[k];
+                        if h.t < ray.tmax || (name.owner, name.item) < (best_name.owner, best_name.item) {
+                            best_name = name;
+                            ray.tmax = h.t;
+                            best = Some(Hit::Mesh {
+                                t: h.t,
+                                surface: name.owner & !MESH_BIT,
+                                triangle: name.item,
+                                uv: [h.u, h.v],
+                            });
+                        }
+                    }
+                }
+            }
+        });
+        best
+    }
+
+    #[inline(always)]
+    fn blocks(&self, slot: u32, origin: Vec3, direction: Vec3, tmax: f32, skip: Option<Skip>) -> bool {
+        if slot & MESH_BIT == 0 {
+            let cone = &self.cones[slot as usize];
+            let Some(h) = cone.intersect(origin, direction, 0.0) else { return false };
+            if h.t >= tmax {
+                return false;
+            }
+            let Some(skip) = skip else { return true };
+            let name = self.cone_names[slot as usize];
+            name.owner != skip.strand || !(name.item.abs_diff(skip.point) <= 1 || h.t < skip.near_mm)
+        } else {
+            let k = (slot & !MESH_BIT) as usize;
+            self.triangles[k].intersect(origin, direction, 0.0).is_some_and(|h| h.t < tmax)
+        }
+    }
+
+    /// Whether anything lies on the ray (unit direction) before `tmax`.
+    pub fn occluded(
+        &self,
+        origin: Vec3,
+        direction: Vec3,
+        tmax: f32,
+        skip: Option<Skip>,
+        last: &mut LastBlockers,
+    ) -> bool {
+        for &slot in &last.slots {
+            if slot != u32::MAX && self.blocks(slot, origin, direction, tmax, skip) {
+                return true;
+            }
+        }
+        let ray = Ray::new(origin.into(), direction.into(), 0.0, tmax);
+        let mut state = self.bvh.new_traversal(ray.direction);
+        let mut node;
+        let mut blocked = false;
+        'walk: {
+            obvhs::traverse!(self.bvh, node, state, node.intersect_ray(&ray, state.oct_inv4), {
+                let slot = self.slots[state.primitive_id as usize];
+                if self.blocks(slot, origin, direction, tmax, skip) {
+                    last.slots[last.next] = slot;
+                    last.next = (last.next + 1) % last.slots.len();
+                    blocked = true;
+                    break 'walk;
+                }
+            });
+        }
+        blocked
+    }
+}

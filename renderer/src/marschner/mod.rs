@@ -1,0 +1,124 @@
+//! The fibre scattering model of Marschner et al. 2003: R, TT and TRT as published, with two corrections.
+//!
+//! The printed longitudinal Gaussian is normalised over the half angle θ_h, although the outgoing angle spans
+//! twice as much: a fibre without absorption would return about twice the light that it gets. It is halved
+//! here. The printed path length is replaced by 2 cos γ_t / cos θ_t a crossing, in fibre radii, which is the
+//! way that the refracted ray travels. The model is far-field (averaged across the fibre's width) and lacks
+//! paths of more than one inner reflection.
+
+mod azimuth;
+mod fresnel;
+mod table;
+
+pub use azimuth::{Caustic, CrossSection, Part, Roots};
+pub use fresnel::{bravais, reflectance};
+pub use table::{Azimuthal, Table, eccentric_indices};
+
+use crate::math::{acos, asin, exp};
+use strandbench_scenes::FibreOptics;
+
+/// Directions of light and camera relative to a fibre. The tangent points from root to tip.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Angles {
+    /// Sine of the light's inclination θ_i: towards the light · tangent.
+    pub sin_i: f32,
+    /// Sine of the camera's inclination θ_r.
+    pub sin_r: f32,
+    /// Cosine of the azimuth between light and camera, φ.
+    pub cos_phi: f32,
+    /// Cosine of twice the half azimuth φ_h from the ellipse's axis; matters to elliptical fibres alone.
+    pub cos_2phi_h: f32,
+}
+
+/// A fibre type ready for shading.
+#[derive(Clone, Debug)]
+pub struct Fibre {
+    table: Table,
+    /// Longitudinal shifts of R, TT, TRT, radians.
+    shifts: [f32; 3],
+    /// 1 / (2 β²) of R, TT, TRT.
+    sharpness: [f32; 3],
+    /// ½ / (β sqrt(2π)) of R, TT, TRT.
+    peaks: [f32; 3],
+    eta_mean: f32,
+    eta_swing: f32,
+}
+
+impl Fibre {
+    /// Tabulates the model.
+    ///
+    /// # Errors
+    /// Names the parameter that is out of its range.
+    pub fn new(optics: &FibreOptics, roots: Roots) -> Result<Fibre, String> {
+        let within = |name: &str, value: f32, low: f32, high: f32| {
+            if value >= low && value <= high {
+                Ok(f64::from(value))
+            } else {
+                Err(format!("fibre optics: {name} is {value}; it must lie in {low}..{high}"))
+            }
+        };
+        let eta = within("index", optics.index, 1.05, 3.0)?;
+        let a = within("eccentricity", optics.eccentricity, 0.7, 1.4)?;
+        let shift = within("shift_r_deg", optics.shift_r_deg, -30.0, 30.0)?.to_radians();
+        let width = within("width_r_deg", optics.width_r_deg, 0.1, 60.0)?.to_radians();
+        let caustic = Caustic {
+            glint_scale: within("glint_scale", optics.glint_scale, 0.0, 100.0)?,
+            width: within("caustic_width_deg", optics.caustic_width_deg, 0.5, 90.0)?.to_radians(),
+            fade_range: within("fade_range", optics.fade_range, 1e-3, 10.0)?,
+            limit: within("caustic_limit", optics.caustic_limit, 0.0, 2.0)?,
+        };
+        let (e1, e2) = eccentric_indices(eta, a);
+        if e1.min(e2) < 1.05 {
+            return Err(format!(
+                "fibre optics: eccentricity {a} with index {eta} gives an index of {:.2} below 1.05",
+                e1.min(e2)
+            ));
+        }
+        // Table 1: α_TT = -α_R / 2, α_TRT = -3 α_R / 2; β_TT = β_R / 2, β_TRT = 2 β_R.
+        let widths = [width, 0.5 * width, 2.0 * width];
+        let norm = (2.0 * std::f64::consts::PI).sqrt();
+        Ok(Fibre {
+            table: Table::new(eta, a, &caustic, roots),
+            shifts: [shift as f32, (-0.5 * shift) as f32, (-1.5 * shift) as f32],
+            sharpness: widths.map(|b| (0.5 / (b * b)) as f32),
+            peaks: widths.map(|b| (0.5 / (b * norm)) as f32),
+            eta_mean: (0.5 * (e1 + e2)) as f32,
+            eta_swing: (0.5 * (e1 - e2)) as f32,
+        })
+    }
+
+    /// The longitudinal terms M_R, M_TT, M_TRT at half angle θ_h, each with integral ½ over θ_h.
+    #[inline]
+    pub fn longitudinal(&self, theta_h: f32) -> [f32; 3] {
+        std::array::from_fn(|p| {
+            let d = theta_h - self.shifts[p];
+            self.peaks[p] * exp(-d * d * self.sharpness[p])
+        })
+    }
+
+    /// S(ω_i, ω_r) in linear RGB, per steradian: the radiance averaged across the fibre's width is
+    /// ∫ S L_i cos θ_i dω_i. `absorption_rgb` is σ_a per fibre radius.
+    #[inline]
+    pub fn scatter(&self, angles: &Angles, absorption_rgb: [f32; 3]) -> [f32; 3] {
+        let (si, sr) = (angles.sin_i.clamp(-1.0, 1.0), angles.sin_r.clamp(-1.0, 1.0));
+        let (ti, tr) = (asin(si), asin(sr));
+        let m = self.longitudinal(0.5 * (ti + tr));
+        // cos²θ_d by the half-angle formula.
+        let cos_2d = si * sr + ((1.0 - si * si) * (1.0 - sr * sr)).max(0.0).sqrt();
+        let cos2_d = (0.5 * (1.0 + cos_2d)).max(1e-4);
+        let theta_d = 0.5 * (tr - ti).abs();
+        let eta_star = self.eta_mean + angles.cos_2phi_h * self.eta_swing;
+        let n = self.table.lookup(theta_d, acos(angles.cos_phi.clamp(-1.0, 1.0)), eta_star);
+        let inv = 1.0 / cos2_d;
+        let (r, tt, trt) = (m[0] * n.r * inv, m[1] * n.tt * inv, m[2] * n.trt * inv);
+        absorption_rgb.map(|sigma| {
+            let bent = -sigma * n.trt_length + 0.5 * sigma * sigma * n.trt_variance;
+            // The expansion must not turn back up for strong absorption.
+            let bent = bent.min(-0.75 * sigma * n.trt_length);
+            r + tt * exp(-sigma * n.tt_length) + trt * exp(bent)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,61 +1,104 @@
-//! Scores an estimate against the truth by the published protocol.
+//! Scores an estimate against the truth by the published protocol ([`PROTOCOL`]).
+//!
+//! Every metric is a row of [`METRICS`]. Beside the method stand the nulls (`N0`, `N1`, `N2`, `NC`), which
+//! know nothing of the images, and the ceiling `C`, the truth where a second camera could have confirmed it.
 
-use serde::{Deserialize, Serialize};
-use strandbench_types::{Cancelled, Estimate, Monitor, Plane, Truth};
+mod angles;
+mod bvh;
+mod check;
+mod depth;
+mod hull;
+mod luo;
+mod metrics;
+mod nulls;
+mod protocol;
+mod regions;
+mod rows;
+mod sheet;
+mod silhouette;
+mod stats;
+mod subject;
+mod visible;
 
-/// Why no score could be given.
-#[derive(Debug, thiserror::Error)]
-pub enum ScoreError {
-    /// Nothing could be evaluated, or the input is inconsistent.
-    #[error("{0}")]
-    Input(String),
-    /// Stopped from outside.
-    #[error(transparent)]
-    Cancelled(#[from] Cancelled),
-}
+use strandbench_types::{Estimate, Monitor, Truth};
 
-/// One figure.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Score {
-    /// Whose figure: `method`, a null (`N0`, `N1`, `N2`), or the ceiling `C`.
-    pub subject: String,
-    /// Metric, for example `A1.median`.
-    pub metric: String,
-    /// Value; `None` where nothing was answered, which counts as worst.
-    pub value: Option<f64>,
-    /// `mm`, `deg`, `share`, `px`.
-    pub unit: String,
-    /// Whether a lower value is better.
-    pub lower_is_better: bool,
-    /// Share of what was wanted that was answered, 0..1.
-    pub coverage: f64,
-    /// Number of pixels or samples wanted.
-    pub wanted: u64,
-}
+pub use metrics::{METRICS, Metric, metric};
+pub use protocol::{PROTOCOL, PROTOCOL_VERSION, protocol_id};
+pub use sheet::{ConfidenceBin, ErrorCurve, Score, ScoreError, ScoreSheet, WorstRegion};
 
-/// All figures of one estimate, with the raw errors behind them.
-#[derive(Clone, Debug)]
-pub struct ScoreSheet {
-    /// Protocol version and content hash.
-    pub protocol: String,
-    /// Figures, in the protocol's order.
-    pub scores: Vec<Score>,
-    /// A1 signed error z_est - z_true per pixel of the reference view, mm; NaN where not wanted, +inf where
-    /// wanted and absent.
-    pub depth_error_mm: Plane<f32>,
-    /// Sorted |A1 error| per subject (`method`, nulls), mm, absent answers as +inf: the cumulative curves.
-    pub depth_error_curves: Vec<(String, Vec<f32>)>,
-}
+use regions::Regions;
+use rows::Rows;
+use subject::Subject;
 
 /// Scores an estimate; `seed` drives the nulls alone.
 ///
+/// What the estimate does not say is scored as the worst answer. The truth itself is scored first, and must
+/// come out perfect.
+///
 /// # Errors
-/// If sizes disagree, a value is NaN where a number is due, or nothing can be evaluated.
+/// If sizes disagree, a value is NaN where a number is due, the reference view shows no hair 2 px inside its
+/// mask, no visible strand is there to measure against, or the work is cancelled.
 pub fn score(
-    _truth: &Truth,
-    _estimate: &Estimate,
-    _seed: u64,
-    _monitor: &dyn Monitor,
+    truth: &Truth,
+    estimate: &Estimate,
+    seed: u64,
+    monitor: &dyn Monitor,
 ) -> Result<ScoreSheet, ScoreError> {
-    Err(ScoreError::Input("not built yet".into()))
+    check::truth(truth)?;
+    check::estimate(truth, estimate)?;
+    let regions = Regions::of(&truth.views[0])?;
+    monitor.begin("score", 4);
+    perfect(truth, &regions)?;
+
+    let hull = hull::hull(truth, &regions, seed);
+    monitor.check()?;
+    monitor.advance(1);
+    let method = Subject::method(truth, estimate);
+    let mut subjects = vec![method];
+    subjects.extend(nulls::all(truth, &regions, &hull, seed));
+    monitor.check()?;
+    monitor.advance(1);
+
+    let curves = visible::curves(truth)?;
+    let dropped_segments = visible::short_segments(&truth.strands);
+    let index = bvh::SegmentIndex::new(curves);
+    monitor.check()?;
+    monitor.advance(1);
+
+    let cells = depth::Cells::new(truth, &regions);
+    let mut rows = Rows::default();
+    let mut sheet = ScoreSheet::new(truth);
+    for subject in &subjects {
+        depth::score(truth, &regions, &cells, subject, &mut rows, &mut sheet);
+        luo::score(truth, &index, subject, &mut rows);
+        silhouette::score(truth, subject, &mut rows);
+        angles::score(truth, &regions, subject, &mut rows, &mut sheet)?;
+        monitor.check()?;
+    }
+    rows.chance_corrected();
+    sheet.scores = rows.finish();
+    sheet.dropped_segments = dropped_segments;
+    monitor.advance(1);
+    Ok(sheet)
 }
+
+/// The truth as a submission must score perfectly (METRICS ground rule 10).
+fn perfect(truth: &Truth, regions: &Regions) -> Result<(), ScoreError> {
+    let subject = Subject::truth(truth);
+    let worst_mm = depth::errors(&truth.views[0].depth_50, &subject.depth, &regions.hair)
+        .into_iter()
+        .fold(0.0, |m: f64, e| m.max(e.abs()));
+    let worst = |errors: Vec<f64>| errors.into_iter().fold(0.0, f64::max);
+    let axis_deg = worst(angles::axis_errors(truth, regions, &subject)?);
+    let line_deg = worst(angles::line_errors(truth, regions, &subject)?);
+    if worst_mm > 0.0 || axis_deg > 0.0 || line_deg > 0.0 {
+        return Err(ScoreError::Input(format!(
+            "the truth does not score 100 % against itself: depth is off by up to {worst_mm} mm, the axis by \
+             {axis_deg} degrees, the line by {line_deg} degrees; the truth is inconsistent, make it again"
+        )));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,113 @@
+//! The pieces of true strands that the reference camera sees, as curves and as samples.
+
+use crate::ScoreError;
+use glam::DVec3;
+use rayon::prelude::*;
+use strandbench_types::{StrandSet, Truth, VISIBILITY_STEP_MM};
+
+/// Segments shorter than this are left out and counted, mm (METRICS ground rule 3).
+const MIN_SEGMENT_MM: f64 = 1e-6;
+
+/// A straight piece of a strand, world, mm.
+pub(crate) type Piece = [DVec3; 2];
+
+/// Number of segments of `strands` too short to have a direction.
+pub(crate) fn short_segments(strands: &StrandSet) -> u64 {
+    let short =
+        |s: &[glam::Vec3]| s.windows(2).filter(|w| f64::from(w[0].distance(w[1])) < MIN_SEGMENT_MM).count();
+    strands.iter().map(|s| short(s) as u64).sum()
+}
+
+/// The stretches of strand that the reference camera sees, cut from their polylines: what A2 measures
+/// distances to.
+pub(crate) fn curves(truth: &Truth) -> Result<Vec<Piece>, ScoreError> {
+    let pieces: Vec<Vec<Piece>> =
+        (0..truth.strands.len()).into_par_iter().map(|i| pieces(truth, i)).collect();
+    let pieces = pieces.concat();
+    if pieces.is_empty() {
+        return Err(ScoreError::Input(
+            "the reference camera sees no strand sample: there is nothing to measure distances to".to_owned(),
+        ));
+    }
+    Ok(pieces)
+}
+
+fn pieces(truth: &Truth, strand: usize) -> Vec<Piece> {
+    let v = &truth.visibility;
+    let seen = &v.seen_by[v.offsets[strand] as usize..v.offsets[strand + 1] as usize];
+    let mut out = Vec::new();
+    if seen.iter().all(|bits| bits & 1 == 0) {
+        return out;
+    }
+    let step = f64::from(VISIBILITY_STEP_MM);
+    let points = truth.strands.strand(strand);
+    let length = truth.strands.length_mm(strand);
+    let mut segments = points.windows(2);
+    let (mut segment, mut start, mut end) = (None::<Piece>, 0.0, 0.0);
+    let mut i = 0;
+    while i < seen.len() {
+        if seen[i] & 1 == 0 {
+            i += 1;
+            continue;
+        }
+        let from = i;
+        while i < seen.len() && seen[i] & 1 != 0 {
+            i += 1;
+        }
+        let lo = from as f64 * step;
+        let hi = if i == seen.len() { length } else { i as f64 * step };
+        loop {
+            if let Some([a, b]) = segment {
+                let (s, e) = (lo.max(start), hi.min(end));
+                if e > s && end - start >= MIN_SEGMENT_MM {
+                    let at = |s: f64| a + (b - a) * ((s - start) / (end - start));
+                    out.push([at(s), at(e)]);
+                }
+                if end >= hi {
+                    break;
+                }
+            }
+            let Some(w) = segments.next() else { break };
+            segment = Some([w[0].as_dvec3(), w[1].as_dvec3()]);
+            (start, end) = (end, end + f64::from(w[0].distance(w[1])));
+        }
+    }
+    out
+}
+
+/// A strand sample that the reference camera sees.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Seen {
+    pub position: DVec3,
+    /// Whether another camera sees it too.
+    pub again: bool,
+}
+
+/// Every sample that the reference camera sees, strand after strand.
+pub(crate) fn samples(truth: &Truth) -> Vec<Seen> {
+    let v = &truth.visibility;
+    let of_strand = |strand: usize| {
+        let seen = &v.seen_by[v.offsets[strand] as usize..v.offsets[strand + 1] as usize];
+        let mut out = Vec::new();
+        if seen.iter().all(|bits| bits & 1 == 0) {
+            return out;
+        }
+        let mut segments = truth.strands.strand(strand).windows(2);
+        let (mut segment, mut start, mut end) = ([DVec3::ZERO; 2], 0.0, 0.0);
+        for (i, &bits) in seen.iter().enumerate() {
+            let s = (i as f64 + 0.5) * f64::from(VISIBILITY_STEP_MM);
+            while end < s {
+                let Some(w) = segments.next() else { break };
+                segment = [w[0].as_dvec3(), w[1].as_dvec3()];
+                (start, end) = (end, end + f64::from(w[0].distance(w[1])));
+            }
+            if bits & 1 != 0 && end > start {
+                let position = segment[0].lerp(segment[1], ((s - start) / (end - start)).min(1.0));
+                out.push(Seen { position, again: bits & !1 != 0 });
+            }
+        }
+        out
+    };
+    let all: Vec<Vec<Seen>> = (0..truth.strands.len()).into_par_iter().map(of_strand).collect();
+    all.concat()
+}

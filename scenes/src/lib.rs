@@ -1,5 +1,25 @@
 //! Synthetic scenes: hair grown on a head, lights, cameras and the cameras' faults, from a TOML file and a seed.
+//!
+//! [`parse`] reads a scene file into a [`SceneSpec`], [`catalog`] lists those that come with the program, and
+//! [`build`] makes the [`Scene`] that a renderer and the ground truth work on. World coordinates are mm with
+//! the origin in the middle of the cranium, +y up, the face towards +z, the subject's left at +x. The same
+//! scene and seed give the same bits on every machine and any number of threads: trigonometric and
+//! exponential functions come from `libm`, and every random number is a function of a key.
 
+mod build;
+mod capture;
+mod catalog;
+mod error;
+mod groom;
+mod head;
 mod scene;
+mod spec;
 
+pub use build::build;
+pub use catalog::{CatalogEntry, DEFAULT_SCENE, catalog};
+pub use error::SceneError;
 pub use scene::{AreaLight, FibreOptics, Pigment, Scene, Sensor, Surface};
+pub use spec::{
+    CalibrationError, Clumping, Difficulty, Disorder, Family, Fringe, GroomSpec, HairFileSpec, HeadSpec,
+    LengthSpec, LightSpec, MAX_STRANDS, Parting, PigmentSpec, RigSpec, SceneSpec, StyleSpec, WaveSpec, parse,
+};

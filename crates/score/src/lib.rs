@@ -50,7 +50,8 @@ pub fn score(
     monitor.begin("score", 4);
     perfect(truth, &regions)?;
 
-    let hull = hull::hull(truth, &regions, seed);
+    let masks: Vec<_> = truth.views.iter().map(|v| &v.mask).collect();
+    let hull = hull::hull(&truth.rig, &masks, &regions.hair, seed);
     monitor.check()?;
     monitor.advance(1);
     let method = Subject::method(truth, estimate);
@@ -99,6 +100,3 @@ fn perfect(truth: &Truth, regions: &Regions) -> Result<(), ScoreError> {
     }
     Ok(())
 }
-
-#[cfg(test)]
-mod tests;

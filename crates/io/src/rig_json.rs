@@ -149,4 +149,4 @@ pub fn parse_rig(path: &Path, bytes: &[u8]) -> Result<Rig> {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

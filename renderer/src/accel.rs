@@ -8,6 +8,8 @@ use obvhs::aabb::Aabb;
 use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::builder::build_cwbvh;
 use obvhs::ray::Ray;
+use rayon::prelude::*;
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::time::Duration;
 use strandbench_types::{StrandSet, TriMesh};
 
@@ -87,6 +89,43 @@ pub struct Accel {
     radius: f32,
 }
 
+/// Indices below `n` in order, without those whose key an earlier index has.
+fn distinct<K: Hash + Eq>(n: usize, key: impl Fn(usize) -> K + Sync) -> Vec<u32> {
+    let hash = |i: usize| {
+        let mut h = DefaultHasher::new();
+        key(i).hash(&mut h);
+        h.finish()
+    };
+    let mut by_hash: Vec<(u64, u32)> = (0..n).into_par_iter().map(|i| (hash(i), i as u32)).collect();
+    by_hash.par_sort_unstable();
+    let mut keep = vec![true; n];
+    for run in by_hash.chunk_by(|a, b| a.0 == b.0) {
+        for (k, &(_, i)) in run.iter().enumerate().skip(1) {
+            // Two keys of one hash that differ are all kept; that they never occur in practice is no matter.
+            keep[i as usize] = key(i as usize) != key(run[k - 1].1 as usize);
+        }
+    }
+    (0..n as u32).filter(|&i| keep[i as usize]).collect()
+}
+
+/// Levels that obvhs' traversal stack holds.
+const MAX_DEPTH: usize = 31;
+
+fn depth(bvh: &CwBvh) -> usize {
+    let mut deepest = 0;
+    let mut open = vec![(0u32, 1usize)];
+    while let Some((at, level)) = open.pop() {
+        deepest = deepest.max(level);
+        let node = &bvh.nodes[at as usize];
+        for child in 0..8 {
+            if !node.is_child_empty(child) && !node.is_leaf(child) {
+                open.push((node.child_node_index(child), level + 1));
+            }
+        }
+    }
+    deepest
+}
+
 impl Accel {
     /// Builds over all segments of `strands` and all triangles of `meshes`.
     ///
@@ -125,20 +164,47 @@ impl Accel {
             .fold((Vec3::splat(f32::MAX), Vec3::splat(f32::MIN)), |(lo, hi), (a, b)| (lo.min(a), hi.max(b)));
         // Rounding in the node test grows with the distances involved: wider boxes make it conservative.
         let pad = 4e-7 * ((hi - lo).length() + lo.abs().max(hi.abs()).max_element());
-        let boxes: Vec<Aabb> =
-            boxes.map(|(lo, hi)| Aabb::new(Vec3A::from(lo - pad), Vec3A::from(hi + pad))).collect();
+        // Coincident primitives would be chained into a tree of unlimited depth, and only the lowest of them can
+        // ever be the answer.
+        let mut kept = distinct(cones.len(), |i| {
+            let c = &cones[i];
+            (c.middle.to_array().map(f32::to_bits), c.half.to_array().map(f32::to_bits), c.radius.to_bits())
+        });
+        kept.extend(
+            distinct(triangles.len(), |i| {
+                let t = &triangles[i];
+                [t.a, t.ab, t.ac].map(|v| v.to_array().map(f32::to_bits))
+            })
+            .into_iter()
+            .map(|i| i + cones.len() as u32),
+        );
+        let n = cones.len();
+        let boxes: Vec<Aabb> = kept
+            .iter()
+            .map(|&i| {
+                let i = i as usize;
+                let (lo, hi) = if i < n { cones[i].bounds() } else { triangles[i - n].bounds() };
+                Aabb::new(Vec3A::from(lo - pad), Vec3A::from(hi + pad))
+            })
+            .collect();
         let params = BvhBuildParams { max_prims_per_leaf: 3, ..BvhBuildParams::medium_build() };
         let mut bvh = build_cwbvh(&boxes, params, &mut Duration::default());
         drop(boxes);
+        let depth = depth(&bvh);
+        if depth > MAX_DEPTH {
+            return Err(RenderError::Scene(format!(
+                "the tree over {total} segments and triangles is {depth} levels deep, {MAX_DEPTH} are supported: \
+                 too many of them coincide; remove duplicates"
+            )));
+        }
         let order = std::mem::take(&mut bvh.primitive_indices);
-        let n = cones.len();
         let mut slots = Vec::with_capacity(total);
         let mut sorted_cones = Vec::with_capacity(n);
         let mut sorted_cone_names = Vec::with_capacity(n);
         let mut sorted_triangles = Vec::with_capacity(triangles.len());
         let mut sorted_triangle_names = Vec::with_capacity(triangles.len());
-        for &i in &order {
-            let i = i as usize;
+        for &k in &order {
+            let i = kept[k as usize] as usize;
             if i < n {
                 slots.push(sorted_cones.len() as u32);
                 sorted_cones.push(cones[i]);

@@ -97,6 +97,11 @@ impl CrossSection {
         }
     }
 
+    /// Exit azimuth of TRT's caustic, unwrapped; `None` where there is none.
+    pub fn caustic_azimuth(&self) -> Option<f64> {
+        self.turning().map(|g| self.exit(2, g).0)
+    }
+
     /// Attenuation without absorption A(p, h): reflectance for p = 0, (1-F)² F^(p-1) else.
     fn attenuation(&self, p: u32, gamma: f64) -> f64 {
         let f = reflectance(gamma.cos(), self.eta_prime, self.eta_second);

@@ -100,6 +100,13 @@ impl Fibre {
     /// ∫ S L_i cos θ_i dω_i. `absorption_rgb` is σ_a per fibre radius.
     #[inline]
     pub fn scatter(&self, angles: &Angles, absorption_rgb: [f32; 3]) -> [f32; 3] {
+        let [r, tt, trt] = self.scatter_lobes(angles, absorption_rgb);
+        std::array::from_fn(|c| r[c] + tt[c] + trt[c])
+    }
+
+    /// The parts R, TT and TRT of [`Fibre::scatter`].
+    #[inline(always)]
+    pub fn scatter_lobes(&self, angles: &Angles, absorption_rgb: [f32; 3]) -> [[f32; 3]; 3] {
         let (si, sr) = (angles.sin_i.clamp(-1.0, 1.0), angles.sin_r.clamp(-1.0, 1.0));
         let (ti, tr) = (asin(si), asin(sr));
         let m = self.longitudinal(0.5 * (ti + tr));
@@ -108,15 +115,16 @@ impl Fibre {
         let cos2_d = (0.5 * (1.0 + cos_2d)).max(1e-4);
         let theta_d = 0.5 * (tr - ti).abs();
         let eta_star = self.eta_mean + angles.cos_2phi_h * self.eta_swing;
-        let n = self.table.lookup(theta_d, acos(angles.cos_phi.clamp(-1.0, 1.0)), eta_star);
+        let n = self.table.lookup(theta_d, acos(angles.cos_phi), eta_star);
         let inv = 1.0 / cos2_d;
         let (r, tt, trt) = (m[0] * n.r * inv, m[1] * n.tt * inv, m[2] * n.trt * inv);
-        absorption_rgb.map(|sigma| {
+        let tt_rgb = absorption_rgb.map(|sigma| tt * exp(-sigma * n.tt_length));
+        let trt_rgb = absorption_rgb.map(|sigma| {
             let bent = -sigma * n.trt_length + 0.5 * sigma * sigma * n.trt_variance;
             // The expansion must not turn back up for strong absorption.
-            let bent = bent.min(-0.75 * sigma * n.trt_length);
-            r + tt * exp(-sigma * n.tt_length) + trt * exp(bent)
-        })
+            trt * exp(bent.min(-0.75 * sigma * n.trt_length))
+        });
+        [[r; 3], tt_rgb, trt_rgb]
     }
 }
 

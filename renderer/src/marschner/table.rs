@@ -5,9 +5,9 @@ use rayon::prelude::*;
 use std::f64::consts::PI;
 
 /// Steps over φ in [0, π].
-const PHI_STEPS: usize = 256;
+const PHI_STEPS: usize = 192;
 /// Steps over θ_d in [0, π/2].
-const THETA_STEPS: usize = 64;
+const THETA_STEPS: usize = 128;
 /// Index slices of an elliptical fibre.
 const ECCENTRIC_SLICES: usize = 9;
 

@@ -15,6 +15,7 @@ mod mesh;
 mod obj;
 mod options;
 mod ply;
+mod ply_body;
 mod ply_strands;
 mod png;
 mod read;

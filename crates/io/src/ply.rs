@@ -1,8 +1,9 @@
 //! The PLY container: header, and the columns that a caller asks for, in ASCII or binary of either order.
 
 use crate::error::{FormatError, Parsed};
+use crate::ply_body::{Binary, Source, Text, read_element};
 
-const REMEDY: &str = "the file is damaged or not a PLY: export it again";
+pub(crate) const REMEDY: &str = "the file is damaged or not a PLY: export it again";
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Number {
@@ -31,7 +32,7 @@ impl Number {
         })
     }
 
-    fn size(self) -> usize {
+    pub fn size(self) -> usize {
         match self {
             Number::I8 | Number::U8 => 1,
             Number::I16 | Number::U16 => 2,
@@ -41,7 +42,7 @@ impl Number {
     }
 
     /// Exact for every type.
-    fn decode(self, b: &[u8], big: bool) -> f64 {
+    pub fn decode(self, b: &[u8], big: bool) -> f64 {
         let mut a = [0u8; 8];
         let n = self.size();
         a[..n].copy_from_slice(&b[..n]);
@@ -61,7 +62,7 @@ impl Number {
         }
     }
 
-    fn parse_text(self, t: &str) -> Option<f64> {
+    pub fn parse_text(self, t: &str) -> Option<f64> {
         match self {
             // Straight to f32, so that no value is rounded twice.
             Number::F32 => t.parse::<f32>().ok().map(f64::from),
@@ -72,18 +73,18 @@ impl Number {
 }
 
 #[derive(Clone, Debug)]
-struct Property {
-    name: String,
+pub(crate) struct Property {
+    pub name: String,
     /// The type of a list's length, for a list.
-    list: Option<Number>,
-    item: Number,
+    pub list: Option<Number>,
+    pub item: Number,
 }
 
 #[derive(Clone, Debug)]
-struct Header {
-    name: String,
-    count: u64,
-    properties: Vec<Property>,
+pub(crate) struct Header {
+    pub name: String,
+    pub count: u64,
+    pub properties: Vec<Property>,
 }
 
 /// Values of one property over all items of an element.
@@ -98,7 +99,7 @@ pub(crate) enum Column {
 pub(crate) struct Element {
     pub name: String,
     pub count: usize,
-    columns: Vec<(String, Option<Column>)>,
+    pub columns: Vec<(String, Option<Column>)>,
 }
 
 impl Element {
@@ -216,139 +217,6 @@ fn parse_property(words: &[&str]) -> Option<Property> {
         return None;
     }
     Some(Property { name: (*name).into(), list, item: Number::parse(item)? })
-}
-
-fn read_element(h: &Header, source: &mut dyn Source, want: &impl Fn(&str, &str) -> bool) -> Parsed<Element> {
-    let mut columns: Vec<(String, Option<Column>)> = h
-        .properties
-        .iter()
-        .map(|p| {
-            let column = want(&h.name, &p.name).then(|| match p.list {
-                None => Column::Scalar(Vec::new()),
-                Some(_) => Column::List(vec![0], Vec::new()),
-            });
-            (p.name.clone(), column)
-        })
-        .collect();
-    for item in 0..if h.properties.is_empty() { 0 } else { h.count } {
-        for (p, (_, column)) in h.properties.iter().zip(&mut columns) {
-            let place = || format!("element {} {item}, property {}", h.name, p.name);
-            match p.list {
-                None => {
-                    let v = source.number(p.item, &place)?;
-                    if let Some(Column::Scalar(values)) = column {
-                        values.push(v);
-                    }
-                }
-                Some(count) => {
-                    let n = source.number(count, &place)?;
-                    if n < 0.0 {
-                        return Err(FormatError::new(place(), format!("list length {n}"), REMEDY));
-                    }
-                    for _ in 0..n as u64 {
-                        let v = source.number(p.item, &place)?;
-                        if let Some(Column::List(_, values)) = column {
-                            values.push(v);
-                        }
-                    }
-                    if let Some(Column::List(offsets, values)) = column {
-                        let end = u32::try_from(values.len()).map_err(|_| {
-                            FormatError::new(place(), "over 2^32 list values", "split the file")
-                        })?;
-                        offsets.push(end);
-                    }
-                }
-            }
-        }
-    }
-    let count = if h.properties.is_empty() { 0 } else { h.count as usize };
-    Ok(Element { name: h.name.clone(), count, columns })
-}
-
-trait Source {
-    /// The next number; `place` says what it belongs to.
-    fn number(&mut self, kind: Number, place: &dyn Fn() -> String) -> Parsed<f64>;
-    /// Refuses an element that cannot fit into the bytes that remain.
-    fn check_claim(&self, h: &Header) -> Parsed<()>;
-}
-
-fn too_many(h: &Header, at: usize, remaining: usize) -> FormatError {
-    FormatError::at_byte(
-        at,
-        format!("the header claims {} items of element {} but {remaining} bytes remain", h.count, h.name),
-        "the file is truncated or its header is wrong: export it again",
-    )
-}
-
-struct Binary<'a> {
-    body: &'a [u8],
-    start: usize,
-    pos: usize,
-    big: bool,
-}
-
-impl Source for Binary<'_> {
-    fn number(&mut self, kind: Number, place: &dyn Fn() -> String) -> Parsed<f64> {
-        let Some(b) = self.body.get(self.pos..self.pos + kind.size()) else {
-            return Err(FormatError::new(
-                place(),
-                format!("the file ends at byte {}", self.start + self.body.len()),
-                "it is truncated: fetch it again",
-            ));
-        };
-        self.pos += kind.size();
-        Ok(kind.decode(b, self.big))
-    }
-
-    fn check_claim(&self, h: &Header) -> Parsed<()> {
-        let least: usize = h.properties.iter().map(|p| p.list.unwrap_or(p.item).size()).sum();
-        let remaining = self.body.len() - self.pos;
-        if u128::from(h.count) * least as u128 > remaining as u128 {
-            return Err(too_many(h, self.start + self.pos, remaining));
-        }
-        Ok(())
-    }
-}
-
-struct Text<'a> {
-    body: &'a [u8],
-    start: usize,
-    pos: usize,
-}
-
-impl Source for Text<'_> {
-    fn number(&mut self, kind: Number, place: &dyn Fn() -> String) -> Parsed<f64> {
-        let rest = &self.body[self.pos..];
-        let begin = rest.iter().position(|b| !b.is_ascii_whitespace());
-        let Some(begin) = begin else {
-            return Err(FormatError::new(
-                place(),
-                "the file ends before it",
-                "it is truncated: fetch it again",
-            ));
-        };
-        let len = rest[begin..].iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len() - begin);
-        let token = &rest[begin..begin + len];
-        self.pos += begin + len;
-        std::str::from_utf8(token).ok().and_then(|t| kind.parse_text(t)).ok_or_else(|| {
-            let token = String::from_utf8_lossy(&token[..len.min(40)]);
-            FormatError::new(
-                format!("byte {} ({})", self.start + self.pos - len, place()),
-                format!("{token:?} is not a number of its type"),
-                REMEDY,
-            )
-        })
-    }
-
-    fn check_claim(&self, h: &Header) -> Parsed<()> {
-        let remaining = self.body.len() - self.pos;
-        // A digit and a separator each, but for the last.
-        let least = u128::from(h.count) * h.properties.len() as u128 * 2;
-        if least > remaining as u128 + 1 {
-            return Err(too_many(h, self.start + self.pos, remaining));
-        }
-        Ok(())
-    }
 }
 
 #[cfg(test)]

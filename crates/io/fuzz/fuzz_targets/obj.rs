@@ -1,0 +1,8 @@
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+
+fuzz_target!(|bytes: &[u8]| {
+    let _ = strandbench_io::parse_obj_mesh(bytes);
+    let _ = strandbench_io::parse_obj_strands(bytes);
+});

@@ -1,0 +1,8 @@
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+
+fuzz_target!(|bytes: &[u8]| {
+    let _ = strandbench_io::parse_ply_strands(bytes, None);
+    let _ = strandbench_io::parse_ply_strands(bytes, Some(2));
+});

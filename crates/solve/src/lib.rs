@@ -4,19 +4,29 @@
 //! |---|---|---|
 //! | [`coarse_to_fine`] | TRW-S over a pyramid, then label bands around the answer; the default | yes |
 //! | [`trws`] | sequential tree-reweighted message passing (Kolmogorov 2006) | yes |
+//! | [`exact`] | one cut (Ishikawa 2003), small problems only | tight |
+//! | [`alpha_expansion`] | graph cuts as Luo et al. use them (Boykov et al. 2001), truncated | no |
+//! | [`alpha_beta_swap`] | the other graph cut move | no |
+//! | [`icm`] | coordinate descent | no |
 //! | [`winner_take_all`] | the cheapest label of every pixel by itself | of the data term |
 //!
 //! All of them give the same bits for the same problem whatever the number of threads.
 
 mod coarse;
+mod exact;
 mod layout;
+mod maxflow;
 mod message;
+mod moves;
 mod problem;
 mod pyramid;
 mod simple;
 mod trws;
 
 pub use coarse::{CoarseToFineOptions, coarse_to_fine};
+pub use exact::{MAX_EXACT_EDGES, exact};
+pub use maxflow::MaxFlow;
+pub use moves::{MoveOptions, alpha_beta_swap, alpha_expansion};
 pub use problem::{GridProblem, MAX_MAGNITUDE, Solution, SolveError};
 pub use simple::{icm, winner_take_all};
 pub use trws::{TrwsOptions, trws};

@@ -1,0 +1,467 @@
+//! Maximum flow and minimum cut on sparse graphs (Boykov and Kolmogorov, PAMI 2004).
+//!
+//! Two search trees grow from the terminals over arcs that are not full; where they touch, flow is pushed
+//! along the path, and the nodes that this cuts off look for another parent or fall out of their tree. Nodes
+//! keep their distance to the terminal with a time stamp, so that near parents are preferred (section 3.2.2 of
+//! the paper).
+
+use std::collections::VecDeque;
+
+use crate::{Cancelled, SolveError};
+
+const NONE: u32 = u32::MAX;
+/// Parent of a node that hangs on its terminal.
+const TERMINAL: u32 = u32::MAX - 1;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Tree {
+    Free,
+    Source,
+    Sink,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Node {
+    /// First arc that leaves the node.
+    first: u32,
+    /// Arc from the node to its parent, [`TERMINAL`], or [`NONE`] for an orphan or a free node.
+    parent: u32,
+    /// When `distance` was last known to be right.
+    stamp: u32,
+    distance: u32,
+    tree: Tree,
+    queued: bool,
+    /// What can still flow from the source to the node if positive, from the node to the sink if negative.
+    terminal: f64,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Arc {
+    head: u32,
+    /// Next arc that leaves the same node.
+    next: u32,
+    residual: f64,
+}
+
+/// A graph whose maximum flow from the source to the sink is wanted; arcs come in pairs, `a ^ 1` being the
+/// reverse of `a`.
+///
+/// Capacities are f64, infinity included, and must not be NaN or negative. A path's narrowest arc ends at a
+/// residual of exactly 0, so rounding can spoil the value of the flow by parts in 10^16 an augmentation, never
+/// its end.
+#[derive(Debug, Default)]
+pub struct MaxFlow {
+    nodes: Vec<Node>,
+    arcs: Vec<Arc>,
+    flow: f64,
+    active: VecDeque<u32>,
+    orphans: VecDeque<u32>,
+    time: u32,
+}
+
+impl MaxFlow {
+    /// A graph of `nodes` nodes without arcs.
+    pub fn new(nodes: usize) -> MaxFlow {
+        let mut graph = MaxFlow::default();
+        graph.reset(nodes);
+        graph
+    }
+
+    /// Forgets everything but the memory and starts anew with `nodes` nodes.
+    ///
+    /// # Panics
+    /// If there are more nodes than a u32 can count.
+    pub fn reset(&mut self, nodes: usize) {
+        assert!(nodes < TERMINAL as usize, "{nodes} nodes do not fit in u32");
+        let node = Node {
+            first: NONE,
+            parent: NONE,
+            stamp: 0,
+            distance: 0,
+            tree: Tree::Free,
+            queued: false,
+            terminal: 0.0,
+        };
+        self.nodes.clear();
+        self.nodes.resize(nodes, node);
+        self.arcs.clear();
+        self.active.clear();
+        self.orphans.clear();
+        self.flow = 0.0;
+        self.time = 0;
+    }
+
+    /// Adds capacity from the source to `node` and from `node` to the sink; the smaller of the two flows at
+    /// once.
+    pub fn add_terminal(&mut self, node: usize, from_source: f64, to_sink: f64) {
+        debug_assert!(from_source >= 0.0 && to_sink >= 0.0, "capacities {from_source}, {to_sink}");
+        let n = &mut self.nodes[node];
+        let (mut s, mut t) = (from_source, to_sink);
+        if n.terminal > 0.0 {
+            s += n.terminal;
+        } else {
+            t -= n.terminal;
+        }
+        self.flow += s.min(t);
+        // Both infinite: an infinite flow, and nothing that the trees could do about it.
+        n.terminal = if s == t { 0.0 } else { s - t };
+    }
+
+    /// Adds a pair of arcs of these capacities between `a` and `b`.
+    ///
+    /// # Panics
+    /// If there are more arcs than a u32 can count.
+    pub fn add_edge(&mut self, a: usize, b: usize, capacity: f64, reverse: f64) {
+        debug_assert!(a != b && capacity >= 0.0 && reverse >= 0.0, "{a}-{b}: {capacity}, {reverse}");
+        let arc = self.arcs.len();
+        assert!(arc + 2 < TERMINAL as usize, "{arc} arcs do not fit in u32");
+        self.arcs.push(Arc { head: b as u32, next: self.nodes[a].first, residual: capacity });
+        self.arcs.push(Arc { head: a as u32, next: self.nodes[b].first, residual: reverse });
+        self.nodes[a].first = arc as u32;
+        self.nodes[b].first = arc as u32 + 1;
+    }
+
+    /// Whether `node` is on the source's side of the minimum cut that [`MaxFlow::run`] found; nodes that both
+    /// sides could have are on the sink's.
+    pub fn on_source_side(&self, node: usize) -> bool {
+        self.nodes[node].tree == Tree::Source
+    }
+
+    /// Pushes as much flow as there is; the value of the maximum flow, which is that of the minimum cut.
+    ///
+    /// # Errors
+    /// If cancelled; the graph is then of no further use.
+    pub fn run(&mut self, cancelled: Cancelled<'_>) -> Result<f64, SolveError> {
+        for i in 0..self.nodes.len() {
+            let node = &mut self.nodes[i];
+            if node.terminal != 0.0 {
+                node.tree = if node.terminal > 0.0 { Tree::Source } else { Tree::Sink };
+                node.parent = TERMINAL;
+                node.distance = 1;
+                node.queued = true;
+                self.active.push_back(i as u32);
+            }
+        }
+        let mut steps = 0u32;
+        while let Some(&i) = self.active.front() {
+            steps = steps.wrapping_add(1);
+            if steps.is_multiple_of(65_536) && cancelled() {
+                return Err(SolveError::Cancelled);
+            }
+            match self.grow(i) {
+                // The node stays active: it may touch the other tree elsewhere too.
+                Some(arc) => {
+                    self.time += 1;
+                    self.augment(arc);
+                    self.adopt();
+                }
+                None => {
+                    self.nodes[i as usize].queued = false;
+                    self.active.pop_front();
+                }
+            }
+        }
+        Ok(self.flow)
+    }
+
+    /// What can flow over `arc` away from the terminal of `tree`.
+    #[inline(always)]
+    fn outward(&self, arc: u32, tree: Tree) -> f64 {
+        let arc = if tree == Tree::Source { arc } else { arc ^ 1 };
+        self.arcs[arc as usize].residual
+    }
+
+    fn activate(&mut self, i: u32) {
+        let node = &mut self.nodes[i as usize];
+        if !node.queued {
+            node.queued = true;
+            self.active.push_back(i);
+        }
+    }
+
+    /// Takes free neighbours into the tree of `i`; an arc from the source's tree to the sink's if one is met.
+    fn grow(&mut self, i: u32) -> Option<u32> {
+        let me = self.nodes[i as usize];
+        if me.tree == Tree::Free {
+            return None;
+        }
+        let mut a = me.first;
+        while a != NONE {
+            let arc = self.arcs[a as usize];
+            if self.outward(a, me.tree) > 0.0 {
+                let other = &mut self.nodes[arc.head as usize];
+                if other.tree == Tree::Free {
+                    other.tree = me.tree;
+                    other.parent = a ^ 1;
+                    other.stamp = me.stamp;
+                    other.distance = me.distance + 1;
+                    self.activate(arc.head);
+                } else if other.tree != me.tree {
+                    return Some(if me.tree == Tree::Source { a } else { a ^ 1 });
+                } else if other.stamp <= me.stamp && other.distance > me.distance + 1 {
+                    other.parent = a ^ 1;
+                    other.stamp = me.stamp;
+                    other.distance = me.distance + 1;
+                }
+            }
+            a = arc.next;
+        }
+        None
+    }
+
+    /// Pushes what fits along the path through `middle`, an arc from the source's tree to the sink's.
+    fn augment(&mut self, middle: u32) {
+        let ends = [self.arcs[(middle ^ 1) as usize].head, self.arcs[middle as usize].head];
+        let mut push = self.arcs[middle as usize].residual;
+        for (end, tree) in ends.into_iter().zip([Tree::Source, Tree::Sink]) {
+            let mut i = end;
+            while self.nodes[i as usize].parent != TERMINAL {
+                let a = self.nodes[i as usize].parent;
+                push = push.min(self.outward(a ^ 1, tree));
+                i = self.arcs[a as usize].head;
+            }
+            push = push.min(self.nodes[i as usize].terminal.abs());
+        }
+        self.arcs[middle as usize].residual -= push;
+        self.arcs[(middle ^ 1) as usize].residual += push;
+        for (end, tree) in ends.into_iter().zip([Tree::Source, Tree::Sink]) {
+            let mut i = end;
+            while self.nodes[i as usize].parent != TERMINAL {
+                let a = self.nodes[i as usize].parent;
+                // Arc `a` goes to the parent: flow runs against it in the source's tree, along it in the sink's.
+                let (full, spare) = if tree == Tree::Source { (a ^ 1, a) } else { (a, a ^ 1) };
+                self.arcs[spare as usize].residual += push;
+                self.arcs[full as usize].residual -= push;
+                if self.arcs[full as usize].residual == 0.0 {
+                    self.nodes[i as usize].parent = NONE;
+                    self.orphans.push_back(i);
+                }
+                i = self.arcs[a as usize].head;
+            }
+            let root = &mut self.nodes[i as usize];
+            root.terminal -= if tree == Tree::Source { push } else { -push };
+            if root.terminal == 0.0 {
+                root.parent = NONE;
+                self.orphans.push_back(i);
+            }
+        }
+        self.flow += push;
+    }
+
+    /// Arcs from `i` to the terminal of its tree, or `None` if the way ends at an orphan; stamps the way.
+    fn depth(&mut self, i: u32) -> Option<u32> {
+        let (mut j, mut steps) = (i, 0);
+        let total = loop {
+            let node = self.nodes[j as usize];
+            if node.stamp == self.time {
+                break steps + node.distance;
+            }
+            match node.parent {
+                NONE => return None,
+                TERMINAL => {
+                    let root = &mut self.nodes[j as usize];
+                    root.stamp = self.time;
+                    root.distance = 1;
+                    break steps + 1;
+                }
+                a => j = self.arcs[a as usize].head,
+            }
+            steps += 1;
+        };
+        let (mut j, mut left) = (i, total);
+        while self.nodes[j as usize].stamp != self.time {
+            let node = &mut self.nodes[j as usize];
+            node.stamp = self.time;
+            node.distance = left;
+            left -= 1;
+            j = self.arcs[node.parent as usize].head;
+        }
+        Some(total)
+    }
+
+    /// Finds each orphan the parent nearest to the terminal, or sets it free and makes its children orphans.
+    fn adopt(&mut self) {
+        while let Some(i) = self.orphans.pop_front() {
+            let tree = self.nodes[i as usize].tree;
+            let mut best: Option<(u32, u32)> = None;
+            let mut a = self.nodes[i as usize].first;
+            while a != NONE {
+                let arc = self.arcs[a as usize];
+                // The parent's arc to this node must have room.
+                if self.nodes[arc.head as usize].tree == tree
+                    && self.outward(a ^ 1, tree) > 0.0
+                    && let Some(d) = self.depth(arc.head)
+                    && best.is_none_or(|(least, _)| d < least)
+                {
+                    best = Some((d, a));
+                }
+                a = arc.next;
+            }
+            if let Some((d, a)) = best {
+                let node = &mut self.nodes[i as usize];
+                node.parent = a;
+                node.stamp = self.time;
+                node.distance = d + 1;
+                continue;
+            }
+            let mut a = self.nodes[i as usize].first;
+            while a != NONE {
+                let arc = self.arcs[a as usize];
+                let j = arc.head;
+                if self.nodes[j as usize].tree == tree {
+                    if self.outward(a ^ 1, tree) > 0.0 {
+                        self.activate(j);
+                    }
+                    let parent = self.nodes[j as usize].parent;
+                    if parent == (a ^ 1) {
+                        self.nodes[j as usize].parent = NONE;
+                        self.orphans.push_back(j);
+                    }
+                }
+                a = arc.next;
+            }
+            let node = &mut self.nodes[i as usize];
+            node.tree = Tree::Free;
+            node.parent = NONE;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[derive(Clone, Debug)]
+    struct Graph {
+        nodes: usize,
+        terminals: Vec<(u32, u32)>,
+        edges: Vec<(usize, usize, u32, u32)>,
+    }
+
+    fn graphs(max_nodes: usize, density: usize) -> impl Strategy<Value = Graph> {
+        (2..=max_nodes).prop_flat_map(move |n| {
+            (
+                prop::collection::vec((0u32..20, 0u32..20), n),
+                prop::collection::vec((0..n, 1..n, 0u32..20, 0u32..20), 0..density * n),
+            )
+                .prop_map(move |(terminals, edges)| Graph {
+                    nodes: n,
+                    terminals,
+                    edges: edges.into_iter().map(|(a, b, c, r)| (a, (a + b) % n, c, r)).collect(),
+                })
+        })
+    }
+
+    fn solve(g: &Graph) -> (f64, Vec<bool>) {
+        let mut flow = MaxFlow::new(g.nodes);
+        for (i, &(s, t)) in g.terminals.iter().enumerate() {
+            flow.add_terminal(i, f64::from(s), f64::from(t));
+        }
+        for &(a, b, c, r) in &g.edges {
+            flow.add_edge(a, b, f64::from(c), f64::from(r));
+        }
+        let value = flow.run(&|| false).expect("nobody cancels");
+        (value, (0..g.nodes).map(|i| flow.on_source_side(i)).collect())
+    }
+
+    /// Capacity over the cut with these nodes on the source's side.
+    fn cut(g: &Graph, source: impl Fn(usize) -> bool) -> f64 {
+        let mut sum = 0;
+        for (i, &(s, t)) in g.terminals.iter().enumerate() {
+            sum += if source(i) { t } else { s };
+        }
+        for &(a, b, c, r) in &g.edges {
+            match (source(a), source(b)) {
+                (true, false) => sum += c,
+                (false, true) => sum += r,
+                _ => {}
+            }
+        }
+        f64::from(sum)
+    }
+
+    /// Maximum flow by shortest augmenting paths on a capacity matrix (Edmonds and Karp 1972).
+    fn edmonds_karp(g: &Graph) -> f64 {
+        let (s, t, n) = (g.nodes, g.nodes + 1, g.nodes + 2);
+        let mut room = vec![vec![0i64; n]; n];
+        for (i, &(a, b)) in g.terminals.iter().enumerate() {
+            room[s][i] += i64::from(a);
+            room[i][t] += i64::from(b);
+        }
+        for &(a, b, c, r) in &g.edges {
+            room[a][b] += i64::from(c);
+            room[b][a] += i64::from(r);
+        }
+        let mut total = 0;
+        loop {
+            let mut from = vec![usize::MAX; n];
+            from[s] = s;
+            let mut queue = VecDeque::from([s]);
+            while let Some(i) = queue.pop_front() {
+                for j in 0..n {
+                    if from[j] == usize::MAX && room[i][j] > 0 {
+                        from[j] = i;
+                        queue.push_back(j);
+                    }
+                }
+            }
+            if from[t] == usize::MAX {
+                return total as f64;
+            }
+            let path =
+                || std::iter::successors(Some(t), |&j| (j != s).then(|| from[j])).take_while(|&j| j != s);
+            let push = path().map(|j| room[from[j]][j]).min().expect("the sink is on the path");
+            for j in path() {
+                room[from[j]][j] -= push;
+                room[j][from[j]] += push;
+            }
+            total += push;
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn equals_the_least_of_all_cuts(g in graphs(9, 3)) {
+            let least = (0u32..1 << g.nodes).map(|m| cut(&g, |i| m >> i & 1 == 1)).fold(f64::INFINITY, f64::min);
+            let (value, side) = solve(&g);
+            prop_assert_eq!(value, least);
+            prop_assert_eq!(cut(&g, |i| side[i]), least);
+        }
+
+        #[test]
+        fn equals_augmenting_paths(g in graphs(60, 4)) {
+            let (value, side) = solve(&g);
+            prop_assert_eq!(value, edmonds_karp(&g));
+            prop_assert_eq!(cut(&g, |i| side[i]), value);
+        }
+    }
+
+    #[test]
+    fn no_arcs_no_nodes_and_infinite_arcs() {
+        assert_eq!(MaxFlow::new(0).run(&|| false), Ok(0.0));
+        let mut g = MaxFlow::new(2);
+        g.add_terminal(0, 5.0, 2.0);
+        assert_eq!(g.run(&|| false), Ok(2.0));
+        assert!(g.on_source_side(0) && !g.on_source_side(1));
+        g.reset(2);
+        g.add_terminal(0, 7.0, 0.0);
+        g.add_terminal(1, 0.0, 3.0);
+        g.add_edge(0, 1, f64::INFINITY, 0.0);
+        assert_eq!(g.run(&|| false), Ok(3.0));
+        assert!(g.on_source_side(1), "an infinite arc is never cut");
+    }
+
+    #[test]
+    fn stops_when_asked() {
+        let n = 300;
+        let mut g = MaxFlow::new(n * n);
+        for i in 0..n * n {
+            g.add_terminal(i, ((i * 7919) % 13) as f64, ((i * 104_729) % 13) as f64);
+            if i % n + 1 < n {
+                g.add_edge(i, i + 1, 3.0, 3.0);
+            }
+        }
+        assert_eq!(g.run(&|| true), Err(SolveError::Cancelled));
+    }
+}

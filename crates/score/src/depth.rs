@@ -185,3 +185,21 @@ fn worst_region(sheet: &ScoreSheet) -> Option<WorstRegion> {
     }
     worst.map(|(_, region)| region)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_weigh_the_same_whatever_they_hold() {
+        let points = [[1.0, 1.0, 501.0], [2.0, 1.0, 501.0], [1.0, 4.9, 504.9], [5.1, 1.0, 501.0]];
+        assert_eq!(cell_weights(&points, 0), [1.0 / 6.0, 1.0 / 6.0, 1.0 / 6.0, 0.5]);
+        // Half a cell along x leaves who is with whom as it is.
+        assert_eq!(cell_weights(&points, 1), [1.0 / 6.0, 1.0 / 6.0, 1.0 / 6.0, 0.5]);
+        // Half a cell along y parts 1.0 from 4.9, along z 501.0 from 504.9.
+        assert_eq!(cell_weights(&points, 2), [1.0 / 6.0, 1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0]);
+        assert_eq!(cell_weights(&points, 4), [1.0 / 6.0, 1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0]);
+        assert_eq!(cell_weights(&[[-0.1, 0.0, 1.0], [0.1, 0.0, 1.0]], 0), [0.5, 0.5]);
+        assert_eq!(cell_weights(&[[-0.1, 0.0, 1.0], [0.1, 0.0, 1.0]], 1), [0.5, 0.5]);
+    }
+}

@@ -53,27 +53,35 @@ fn clip(corners: &[DVec3; 3]) -> Vec<DVec3> {
     out
 }
 
-/// Marks the pixels whose centres lie in a triangle, border included. An edge is always evaluated from its
-/// upper end to its lower, so that two triangles on its sides agree on where it is: no cracks.
+/// Marks the pixels whose centres lie in a triangle, border and tolerance included: in each row, the reach of
+/// the part of the triangle within the tolerance of the row's centre line.
 fn fill(triangle: &[DVec2; 3], w: usize, h: usize, covered: &mut [bool]) {
     let top = triangle.iter().fold(f64::INFINITY, |m, p| m.min(p.y));
     let bottom = triangle.iter().fold(f64::NEG_INFINITY, |m, p| m.max(p.y));
-    let rows = span(top, bottom, h);
-    for row in rows {
-        let y = (row as f64 + 0.5).clamp(top, bottom);
+    for row in span(top, bottom, h) {
+        let y = row as f64 + 0.5;
+        let (above, below) = (y - TOLERANCE_PX, y + TOLERANCE_PX);
         let (mut left, mut right) = (f64::INFINITY, f64::NEG_INFINITY);
         let mut reach = |x: f64| (left, right) = (left.min(x), right.max(x));
         for k in 0..3 {
             let (a, b) = (triangle[k], triangle[(k + 1) % 3]);
+            // From the upper end to the lower, so that the triangles on both sides compute the same point.
             let (a, b) = if (a.y, a.x) <= (b.y, b.x) { (a, b) } else { (b, a) };
-            if y < a.y || y > b.y {
+            let (from, to) = (a.y.max(above), b.y.min(below));
+            if from > to {
                 continue;
             }
+            for y in [from, to] {
+                reach(if y == a.y {
+                    a.x
+                } else if y == b.y {
+                    b.x
+                } else {
+                    a.x + (b.x - a.x) * ((y - a.y) / (b.y - a.y))
+                });
+            }
             if a.y == b.y {
-                reach(a.x);
                 reach(b.x);
-            } else {
-                reach(a.x + (b.x - a.x) * ((y - a.y) / (b.y - a.y)));
             }
         }
         let columns = span(left, right, w);
@@ -147,4 +155,91 @@ pub(crate) fn score(truth: &Truth, s: &Subject, rows: &mut Rows) {
     let asked = Asked { wanted: ious.len(), answered: answered * ious.len() };
     rows.push(s.name, "A4.iou.mean", ious.iter().sum::<f64>() / ious.len() as f64, asked);
     rows.push(s.name, "A4.iou.min", ious.iter().copied().fold(f64::INFINITY, f64::min), asked);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+    use proptest::prelude::*;
+    use strandbench_rng::Rng;
+
+    /// A camera whose pixel (u, v) shows the point (u, v, 100).
+    fn camera(w: u32, h: u32) -> Camera {
+        let mut c = Camera::look_at("c", (w, h), 100.0, DVec3::ZERO, DVec3::Z, DVec3::Y);
+        c.principal_px = DVec2::ZERO;
+        c
+    }
+
+    fn at(u: f32, v: f32) -> Vec3 {
+        Vec3::new(u, v, 100.0)
+    }
+
+    fn text(c: &Camera, mesh: &TriMesh) -> String {
+        let rows = coverage(c, mesh);
+        rows.chunks(c.width as usize)
+            .map(|r| r.iter().map(|&c| if c { '#' } else { '.' }).collect::<String>() + "\n")
+            .collect()
+    }
+
+    #[test]
+    fn pixels_are_covered_at_their_centres_borders_included() {
+        let c = camera(6, 4);
+        let mesh = |v: Vec<Vec3>| TriMesh { vertices: v, triangles: vec![[0, 1, 2]] };
+        // Vertices on the centres of pixels (1,0), (4,0) and (1,3): all of them and the diagonal count.
+        let corner = mesh(vec![at(1.5, 0.5), at(4.5, 0.5), at(1.5, 3.5)]);
+        assert_eq!(text(&c, &corner), ".####.\n.###..\n.##...\n.#....\n");
+        let inside = mesh(vec![at(1.6, 0.6), at(4.3, 0.6), at(1.6, 3.3)]);
+        assert_eq!(text(&c, &inside), "......\n..#...\n......\n......\n");
+        // Larger than the image, seen from the back, and partly behind the camera.
+        let all = "######\n".repeat(4);
+        assert_eq!(text(&c, &mesh(vec![at(-99.0, -99.0), at(-99.0, 199.0), at(199.0, -99.0)])), all);
+        let behind = Vec3::new(0.0, -3000.0, -500.0);
+        assert_eq!(text(&c, &mesh(vec![at(-99.0, 99.0), at(99.0, 99.0), behind])), all);
+        assert_eq!(text(&c, &mesh(vec![behind, behind + Vec3::X, behind + Vec3::Y])), "......\n".repeat(4));
+    }
+
+    #[test]
+    fn an_edge_through_centres_survives_rounding() {
+        // The upper edge runs along the centres of row 0, its ends a rounding error above and below them.
+        let c = camera(6, 2);
+        for (l, r) in [(-1e-4, 1e-4), (1e-4, -1e-4), (1e-4, 1e-4)] {
+            let vertices = vec![at(1.5, 0.5 + l), at(4.5, 0.5 + r), at(1.5, 9.0)];
+            let mesh = TriMesh { vertices, triangles: vec![[0, 1, 2]] };
+            assert_eq!(&text(&c, &mesh)[..6], ".####.", "{l} {r}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn coverage_is_that_of_a_point_in_triangle_test_and_has_no_cracks(seed in any::<u64>()) {
+            let c = camera(24, 20);
+            let mut r = Rng::keyed(&[seed]);
+            let mut v = || at(r.range(-4.0, 28.0), r.range(-4.0, 24.0));
+            // A quadrilateral's fan round a point: four triangles that share edges.
+            let (a, b, d, e) = (v(), v(), v(), v());
+            let middle = (a + b + d + e) * 0.25;
+            let fan = TriMesh {
+                vertices: vec![a, b, d, e, middle],
+                triangles: vec![[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]],
+            };
+            let covered = coverage(&c, &fan);
+            let side = |p: DVec2, q: DVec2, x: DVec2| (q - p).perp_dot(x - p) / (q - p).length();
+            for (i, &got) in covered.iter().enumerate() {
+                let x = DVec2::new((i % 24) as f64 + 0.5, (i / 24) as f64 + 0.5);
+                // Signed distance to each triangle's nearest line, positive inside.
+                let depth = fan.triangles.iter().map(|t| {
+                    let [p, q, s] = t.map(|k| fan.vertices[k as usize].as_dvec3().truncate());
+                    let turn = side(p, q, s).signum();
+                    [(p, q), (q, s), (s, p)].iter().map(|&(p, q)| side(p, q, x) * turn).fold(f64::INFINITY, f64::min)
+                }).fold(f64::NEG_INFINITY, f64::max);
+                if depth >= 0.0 {
+                    prop_assert!(got, "pixel {i} is {depth} px inside");
+                } else if got {
+                    // Outside by the tolerance along x and y, which a sharp corner stretches.
+                    prop_assert!(depth > -2.0 * TOLERANCE_PX - 1e-9, "pixel {i} is {depth} px outside");
+                }
+            }
+        }
+    }
 }

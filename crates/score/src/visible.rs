@@ -111,3 +111,54 @@ pub(crate) fn samples(truth: &Truth) -> Vec<Seen> {
     let all: Vec<Vec<Seen>> = (0..truth.strands.len()).into_par_iter().map(of_strand).collect();
     all.concat()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+    use strandbench_types::{Camera, Rig, ViewTruth, Visibility};
+
+    /// A truth of one strand, straight along +x, whose samples are seen by these cameras.
+    fn one_strand(x: &[f32], seen_by: &[u32]) -> Truth {
+        let mut strands = StrandSet::new();
+        strands.push(&x.iter().map(|&x| Vec3::new(x, 0.0, 0.0)).collect::<Vec<_>>(), 0.04);
+        let visibility = Visibility { offsets: vec![0, seen_by.len() as u32], seen_by: seen_by.to_vec() };
+        let cameras = Vec::<Camera>::new();
+        let rig = Rig { cameras, near_mm: 1.0, far_mm: 2.0, frame_rate_hz: 1.0, exposure_s: 1.0 };
+        Truth { rig, views: Vec::<ViewTruth>::new(), strands, visibility, head: None }
+    }
+
+    fn spans(x: &[f32], seen_by: &[u32]) -> Vec<(f64, f64)> {
+        curves(&one_strand(x, seen_by)).unwrap().iter().map(|[a, b]| (a.x, b.x)).collect()
+    }
+
+    #[test]
+    fn pieces_are_the_seen_stretches_cut_at_vertices() {
+        // 3.2 mm: stretches 0-0.5, ..., 2-2.5, and the last one from 2.5 to the end; vertices at 0.75 and 2.
+        let x = [0.0, 0.75, 2.0, 3.2];
+        let end = f64::from(3.2f32);
+        assert_eq!(spans(&x, &[1; 6]), [(0.0, 0.75), (0.75, 2.0), (2.0, end)]);
+        assert_eq!(spans(&x, &[0, 1, 0, 0, 3, 0]), [(0.5, 0.75), (0.75, 1.0), (2.0, 2.5)]);
+        assert_eq!(spans(&x, &[2, 2, 2, 2, 2, 5]).len(), 1);
+        let last = spans(&x, &[0, 0, 0, 0, 0, 1])[0];
+        assert!((last.0 - 2.5).abs() < 1e-6 && last.1 == end);
+        assert!(
+            curves(&one_strand(&x, &[2, 2, 2, 0, 0, 4])).is_err(),
+            "another camera's view is not this one's"
+        );
+        // Vertices on top of one another are no obstacle, and are counted.
+        let doubled = [0.0, 0.75, 0.75, 2.0, 3.2];
+        assert_eq!(spans(&doubled, &[1; 6]), [(0.0, 0.75), (0.75, 2.0), (2.0, end)]);
+        assert_eq!(short_segments(&one_strand(&doubled, &[1; 6]).strands), 1);
+    }
+
+    #[test]
+    fn samples_lie_in_the_middle_of_their_stretches() {
+        let t = one_strand(&[0.0, 0.75, 2.0, 3.2], &[1, 0, 3, 2, 0, 5]);
+        let got: Vec<(f64, bool)> = samples(&t).iter().map(|s| (s.position.x, s.again)).collect();
+        for (got, want) in got.iter().zip([(0.25, false), (1.25, true), (2.75, true)]) {
+            assert!((got.0 - want.0).abs() < 1e-6 && got.1 == want.1, "{got:?} for {want:?}");
+        }
+        assert_eq!(got.len(), 3);
+    }
+}

@@ -1,33 +1,114 @@
 //! Luo et al., Dynamic Hair Capture, sections 4.3-4.4: images and a rig in, an envelope out.
+//!
+//! [`reconstruct`] is the whole method for one frame; a [`Variant`] is one setting of it. Where the paper leaves
+//! something open, the documentation of the field of [`Parameters`] or of the function says what is done.
+
+pub mod aggregate;
+pub mod cost;
+pub mod depth;
+pub mod envelope;
+pub mod grid;
+pub mod kernel;
+pub mod mrf;
+pub mod ncc;
+pub mod orientation;
+mod parameters;
+mod pipeline;
+pub mod pyramid;
+pub mod refine;
+mod simd;
+mod variant;
+
+pub use parameters::Parameters;
+pub use pipeline::reconstruct;
+pub use variant::{LUO, MatchCost, Minimiser, VARIANTS, Variant, Views};
 
 use serde::{Deserialize, Serialize};
-use strandbench_types::{Cancelled, Estimate, Frame, Monitor, Rig};
+use strandbench_types::{Cancelled, Estimate};
 
 /// Why a frame could not be reconstructed.
 #[derive(Debug, thiserror::Error)]
 pub enum ReconError {
-    /// The input cannot be used.
+    /// The rig or the frame is at fault.
     #[error("{0}")]
     Input(String),
+    /// The reference view shows no hair.
+    #[error(
+        "frame {frame}: the hair mask of reference camera {camera} is empty; there is nothing to reconstruct"
+    )]
+    EmptyMask {
+        /// Name of the reference camera.
+        camera: String,
+        /// Time index of the frame.
+        frame: u32,
+    },
+    /// No filter answers anywhere in the hair.
+    #[error(
+        "camera {camera}: no hair pixel has a positive filter response; the image is flat inside its mask (check exposure and mask)"
+    )]
+    NoResponse {
+        /// Name of the reference camera.
+        camera: String,
+    },
+    /// The cameras asked for cannot be compared.
+    #[error(
+        "views {views} of a rig of {cameras} cameras: stereo needs camera 0 and at least one other that the rig has"
+    )]
+    Views {
+        /// The choice of cameras.
+        views: String,
+        /// Cameras in the rig.
+        cameras: usize,
+    },
+    /// A parameter's value does not fit.
+    #[error("parameter {key} = {value}: wants {wanted}")]
+    Parameter {
+        /// Name of the parameter.
+        key: String,
+        /// The value refused.
+        value: String,
+        /// What would fit.
+        wanted: String,
+    },
+    /// There is no such parameter.
+    #[error("unknown parameter {key}; there are: {known}")]
+    UnknownKey {
+        /// The name given.
+        key: String,
+        /// Names that exist.
+        known: String,
+    },
+    /// There is no such variant.
+    #[error("unknown variant {name}; there are: {known}")]
+    UnknownVariant {
+        /// The name given.
+        name: String,
+        /// Names that exist.
+        known: String,
+    },
+    /// The cost volume would take too much memory.
+    #[error(
+        "cost volumes of {width}x{height} pixels and {labels} labels would take {bytes} bytes, more than {limit}; use fewer labels, smaller images or a tighter mask"
+    )]
+    TooLarge {
+        /// Width of the hair's bounding box, pixels.
+        width: usize,
+        /// Height of the hair's bounding box, pixels.
+        height: usize,
+        /// Depth labels.
+        labels: usize,
+        /// Bytes wanted.
+        bytes: u64,
+        /// Bytes allowed.
+        limit: u64,
+    },
+    /// The minimiser refused the problem.
+    #[error("minimising the energy: {0}")]
+    Solve(strandbench_solve::SolveError),
     /// Stopped from outside.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
 }
-
-/// A named setting of the method; a row of [`VARIANTS`].
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Variant {
-    /// Name on the command line and in reports.
-    pub name: &'static str,
-    /// The question that this row answers.
-    pub asks: &'static str,
-}
-
-/// Luo et al. as published.
-pub const LUO: Variant = Variant { name: "luo", asks: "the paper's method" };
-
-/// Every setting that the harness runs and tests.
-pub const VARIANTS: &[Variant] = &[LUO];
 
 /// Wall time of one stage.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -47,8 +128,12 @@ pub struct Diagnostics {
     pub energy: f64,
     /// Lower bound of that energy, where the minimiser gives one.
     pub lower_bound: Option<f64>,
+    /// (energy - lower bound) / |lower bound|, where there is a bound.
+    pub gap: Option<f64>,
     /// Depth labels.
     pub labels: usize,
+    /// Depth between neighbouring labels at the geometric mean of near and far, mm.
+    pub label_step_mm: f64,
     /// Every parameter used, by name, printed in the report.
     pub parameters: std::collections::BTreeMap<String, String>,
 }
@@ -60,18 +145,4 @@ pub struct Reconstruction {
     pub estimate: Estimate,
     /// How it was found.
     pub diagnostics: Diagnostics,
-}
-
-/// Reconstructs one frame from images, masks and calibration alone.
-///
-/// # Errors
-/// If the frame disagrees with the rig, a mask is empty, or the work is cancelled.
-pub fn reconstruct(
-    rig: &Rig,
-    frame: &Frame,
-    _variant: &Variant,
-    _monitor: &dyn Monitor,
-) -> Result<Reconstruction, ReconError> {
-    frame.validate(rig).map_err(ReconError::Input)?;
-    Err(ReconError::Input("not built yet".into()))
 }

@@ -1,0 +1,363 @@
+//! The method's settings as values: each row of the table states only how it differs.
+
+use crate::{Parameters, ReconError};
+use serde::Serialize;
+
+/// What is compared between views.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MatchCost {
+    /// Correlation of orientation fields (Eq. 6).
+    Orientation,
+    /// Negative normalised cross-correlation of image windows (section 6, Fig. 12).
+    Ncc,
+}
+
+/// Which cameras the method may look at; camera 0, the reference, always belongs to them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Views {
+    /// Every camera of the rig.
+    All,
+    /// Cameras 0 and 1 (Fig. 15).
+    Two,
+    /// Camera c takes part if bit c is set.
+    Subset(u32),
+}
+
+impl Views {
+    /// Cameras of a rig of `cameras` that are compared with the reference, in rig order.
+    pub(crate) fn others(self, cameras: usize) -> Result<Vec<usize>, ReconError> {
+        let others: Vec<usize> = match self {
+            Views::All => (1..cameras).collect(),
+            Views::Two => (1..cameras.min(2)).collect(),
+            Views::Subset(bits) => {
+                let last = 31 - bits.leading_zeros().min(31) as usize;
+                if bits & 1 == 0 || last >= cameras {
+                    return Err(ReconError::Views { views: self.text(), cameras });
+                }
+                (1..cameras.min(32)).filter(|&c| bits >> c & 1 == 1).collect()
+            }
+        };
+        if others.is_empty() {
+            return Err(ReconError::Views { views: self.text(), cameras });
+        }
+        Ok(others)
+    }
+
+    fn parse(text: &str) -> Option<Views> {
+        match text {
+            "all" => Some(Views::All),
+            "two" => Some(Views::Two),
+            list => {
+                let mut bits = 0u32;
+                for c in list.split(',') {
+                    bits |= 1u32.checked_shl(c.trim().parse().ok()?)?;
+                }
+                Some(Views::Subset(bits))
+            }
+        }
+    }
+
+    /// `all`, `two`, or camera indices with commas between.
+    pub fn text(self) -> String {
+        match self {
+            Views::All => "all".into(),
+            Views::Two => "two".into(),
+            Views::Subset(bits) => {
+                let list: Vec<String> =
+                    (0..32).filter(|c| bits >> c & 1 == 1).map(|c: u32| c.to_string()).collect();
+                list.join(",")
+            }
+        }
+    }
+}
+
+/// How the energy of Eq. 2 is minimised.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Minimiser {
+    /// Message passing from coarse grids to fine ones, finished by local moves.
+    CoarseToFine,
+    /// Sequential tree-reweighted message passing on the full grid.
+    Trws,
+    /// Alpha-expansion by graph cuts (Boykov et al. 2001), the paper's.
+    Expansion,
+    /// The cheapest label of each pixel; no smoothness.
+    WinnerTakesAll,
+}
+
+impl Minimiser {
+    const ALL: [(&'static str, Minimiser); 4] = [
+        ("coarse-to-fine", Minimiser::CoarseToFine),
+        ("trws", Minimiser::Trws),
+        ("expansion", Minimiser::Expansion),
+        ("winner-takes-all", Minimiser::WinnerTakesAll),
+    ];
+
+    /// Name in tables and on the command line.
+    pub fn text(self) -> &'static str {
+        Minimiser::ALL.iter().find(|(_, m)| *m == self).map_or("", |(name, _)| name)
+    }
+}
+
+/// A named setting of the method; a row of [`VARIANTS`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Variant {
+    /// Name on the command line and in reports.
+    pub name: &'static str,
+    /// The question that this row answers.
+    pub asks: &'static str,
+    /// What is compared.
+    pub cost: MatchCost,
+    /// Which cameras are used.
+    pub views: Views,
+    /// How the energy is minimised.
+    pub minimiser: Minimiser,
+    /// All numbers.
+    pub parameters: Parameters,
+}
+
+/// Luo et al. as published, minimised by the better of the minimisers at hand.
+pub const LUO: Variant = Variant {
+    name: "luo",
+    asks: "how close does the paper's method come?",
+    cost: MatchCost::Orientation,
+    views: Views::All,
+    minimiser: Minimiser::CoarseToFine,
+    parameters: Parameters::LUO,
+};
+
+const P: Parameters = Parameters::LUO;
+
+/// Every setting that the harness runs and tests.
+pub const VARIANTS: &[Variant] = &[
+    LUO,
+    Variant {
+        name: "luo-ncc",
+        asks: "does orientation beat NCC? (Fig. 12)",
+        cost: MatchCost::Ncc,
+        parameters: Parameters { lambda: 0.02, absent_cost: 0.5, ..P },
+        ..LUO
+    },
+    Variant { name: "luo-2cam", asks: "what do cameras 3 and 4 buy? (Fig. 15)", views: Views::Two, ..LUO },
+    Variant {
+        name: "luo-row",
+        asks: "what does the camera out of the row buy? (4.1)",
+        views: Views::Subset(0b0111),
+        ..LUO
+    },
+    Variant {
+        name: "luo-no-aggregation",
+        asks: "what does aggregation buy? (Fig. 12)",
+        parameters: Parameters { aggregate: false, ..P },
+        ..LUO
+    },
+    Variant {
+        name: "luo-no-refinement",
+        asks: "the depth map as the minimiser leaves it (Fig. 6a)",
+        parameters: Parameters { refine: false, filter: false, ..P },
+        ..LUO
+    },
+    Variant {
+        name: "luo-no-filter",
+        asks: "sub-pixel refinement without the depth filter (Fig. 6b)",
+        parameters: Parameters { filter: false, ..P },
+        ..LUO
+    },
+    Variant {
+        name: "luo-1level",
+        asks: "what do the coarse levels buy? (4.3)",
+        parameters: Parameters { levels: 1, ..P },
+        ..LUO
+    },
+    Variant {
+        name: "luo-gamma1",
+        asks: "what does the gamma correction buy? (4.3)",
+        parameters: Parameters { gamma: 1.0, ..P },
+        ..LUO
+    },
+    Variant {
+        name: "luo-trws",
+        asks: "how far is the fast minimiser from a converged one?",
+        minimiser: Minimiser::Trws,
+        ..LUO
+    },
+    Variant {
+        name: "luo-expansion",
+        asks: "the paper's minimiser (graph cuts, 4.4)",
+        minimiser: Minimiser::Expansion,
+        ..LUO
+    },
+    Variant {
+        name: "luo-no-smoothness",
+        asks: "what does the smoothness term buy? (Eq. 3)",
+        minimiser: Minimiser::WinnerTakesAll,
+        ..LUO
+    },
+];
+
+impl Variant {
+    /// The row of that name.
+    ///
+    /// # Errors
+    /// If there is none; the error lists the names.
+    pub fn named(name: &str) -> Result<Variant, ReconError> {
+        VARIANTS.iter().find(|v| v.name == name).copied().ok_or_else(|| ReconError::UnknownVariant {
+            name: name.to_owned(),
+            known: VARIANTS.iter().map(|v| v.name).collect::<Vec<_>>().join(", "),
+        })
+    }
+
+    /// This row with one value replaced: a parameter by its name, or `cost` (orientation, ncc), `views` (all,
+    /// two, or indices such as 0,1,3), `minimiser` (coarse-to-fine, trws, expansion, winner-takes-all).
+    ///
+    /// # Errors
+    /// If the key is unknown (the error lists the keys) or the value does not fit.
+    pub fn with(mut self, key: &str, value: &str) -> Result<Variant, ReconError> {
+        let wrong = |wanted: &str| ReconError::Parameter {
+            key: key.to_owned(),
+            value: value.to_owned(),
+            wanted: wanted.to_owned(),
+        };
+        match key {
+            "cost" => {
+                self.cost = match value {
+                    "orientation" => MatchCost::Orientation,
+                    "ncc" => MatchCost::Ncc,
+                    _ => return Err(wrong("orientation or ncc")),
+                }
+            }
+            "views" => {
+                self.views =
+                    Views::parse(value).ok_or_else(|| wrong("all, two, or camera indices such as 0,1,3"))?;
+            }
+            "minimiser" => {
+                self.minimiser = Minimiser::ALL
+                    .iter()
+                    .find(|(name, _)| *name == value)
+                    .map(|(_, m)| *m)
+                    .ok_or_else(|| wrong("coarse-to-fine, trws, expansion or winner-takes-all"))?;
+            }
+            _ => match self.parameters.set(key, value) {
+                Some(Ok(())) => {}
+                Some(Err(wanted)) => return Err(wrong(wanted)),
+                None => {
+                    return Err(ReconError::UnknownKey {
+                        key: key.to_owned(),
+                        known: Variant::keys().join(", "),
+                    });
+                }
+            },
+        }
+        self.validate()?;
+        Ok(self)
+    }
+
+    /// Keys that [`Variant::with`] takes.
+    pub fn keys() -> Vec<&'static str> {
+        ["cost", "views", "minimiser"].into_iter().chain(Parameters::KEYS.iter().copied()).collect()
+    }
+
+    /// Every choice and parameter as text, by name.
+    pub fn entries(&self) -> Vec<(&'static str, String)> {
+        let cost = match self.cost {
+            MatchCost::Orientation => "orientation",
+            MatchCost::Ncc => "ncc",
+        };
+        let mut all = vec![
+            ("cost", cost.to_owned()),
+            ("views", self.views.text()),
+            ("minimiser", self.minimiser.text().to_owned()),
+        ];
+        all.extend(self.parameters.entries());
+        all
+    }
+
+    /// Checks every parameter's range.
+    ///
+    /// # Errors
+    /// The first parameter out of range, and what is wanted.
+    pub fn validate(&self) -> Result<(), ReconError> {
+        if let Some((key, value, wanted)) = self.parameters.fault() {
+            return Err(ReconError::Parameter { key: key.into(), value, wanted: wanted.into() });
+        }
+        let p = &self.parameters;
+        if p.sigma_px >= p.sigma_wide_px {
+            return Err(ReconError::Parameter {
+                key: "sigma_px".into(),
+                value: p.sigma_px.to_string(),
+                wanted: format!("a value below sigma_wide_px = {}", p.sigma_wide_px),
+            });
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_are_named_once_and_valid() {
+        for (i, v) in VARIANTS.iter().enumerate() {
+            v.validate().unwrap();
+            assert!(!v.asks.is_empty());
+            assert_eq!(Variant::named(v.name).unwrap(), *v);
+            assert!(VARIANTS[..i].iter().all(|o| o.name != v.name), "{} twice", v.name);
+            assert!(
+                VARIANTS[..i].iter().all(|o| o.entries() != v.entries()),
+                "{} differs in nothing",
+                v.name
+            );
+        }
+    }
+
+    #[test]
+    fn overrides_change_one_value_and_refuse_the_rest() {
+        let v = LUO.with("lambda", "0.2").unwrap().with("views", "0,2").unwrap().with("cost", "ncc").unwrap();
+        assert_eq!((v.parameters.lambda, v.views, v.cost), (0.2, Views::Subset(0b101), MatchCost::Ncc));
+        assert_eq!(LUO.with("minimiser", "trws").unwrap().minimiser, Minimiser::Trws);
+        for (key, value) in v.entries() {
+            assert_eq!(v.with(key, &value).unwrap(), v, "{key}={value}");
+        }
+        let unknown = LUO.with("lamda", "1").unwrap_err().to_string();
+        assert!(
+            unknown.contains("lamda") && unknown.contains("lambda") && unknown.contains("views"),
+            "{unknown}"
+        );
+        for (key, value) in [
+            ("lambda", "-1"),
+            ("lambda", "NaN"),
+            ("lambda", "inf"),
+            ("lambda", ""),
+            ("labels", "0"),
+            ("labels", "99999999999999999999"),
+            ("levels", "9"),
+            ("sigma_px", "2.0"),
+            ("aggregate", "maybe"),
+            ("cost", "ssd"),
+            ("views", "0,x"),
+            ("views", "0,40"),
+            ("minimiser", "luck"),
+        ] {
+            assert!(
+                matches!(LUO.with(key, value), Err(ReconError::Parameter { .. })),
+                "{key}={value} was taken"
+            );
+        }
+    }
+
+    #[test]
+    fn views_name_their_cameras() {
+        assert_eq!(Views::All.others(4).unwrap(), [1, 2, 3]);
+        assert_eq!(Views::Two.others(4).unwrap(), [1]);
+        assert_eq!(Views::Subset(0b1001).others(4).unwrap(), [3]);
+        for (v, n) in
+            [(Views::All, 1), (Views::Two, 1), (Views::Subset(0b10), 4), (Views::Subset(0b10001), 4)]
+        {
+            assert!(matches!(v.others(n), Err(ReconError::Views { .. })), "{v:?} of {n}");
+        }
+        assert!(Views::Subset(1).others(4).is_err() && Views::Subset(0).others(4).is_err());
+    }
+}

@@ -8,8 +8,9 @@ use crate::mesh::{parse_ply_mesh, write_mesh};
 use crate::read::{read_all, read_exact_hair, write_strands};
 use crate::rig_json::{check_rig, encode_rig, parse_rig};
 use crate::visibility::{encode_visibility, parse_visibility};
+use rayon::prelude::*;
 use std::path::Path;
-use strandbench_types::{DepthMap, Plane, Truth, ViewTruth};
+use strandbench_types::{DepthMap, Truth, ViewTruth};
 
 const RIG: &str = "truth_rig.json";
 const STRANDS: &str = "strands.hair";
@@ -44,24 +45,9 @@ pub fn write_truth(dir: &Path, truth: &Truth) -> Result<()> {
         dir,
         |name| [STRANDS, VISIBILITY, HEAD].contains(&name) || name.ends_with(SUFFIX),
         |tmp| {
-            for (camera, view) in truth.rig.cameras.iter().zip(&truth.views) {
-                let mask = view.mask.map(|&m| f32::from(u8::from(m)));
-                let [x, y, z] = split(&view.orientation_3d);
-                let planes = [
-                    view.depth_first.raw(),
-                    view.depth_05.raw(),
-                    view.depth_50.raw(),
-                    &view.coverage,
-                    &mask,
-                    &view.orientation_2d,
-                    &view.orientation_agreement,
-                    &x,
-                    &y,
-                    &z,
-                ];
-                let channels: Vec<_> = CHANNELS.into_iter().zip(planes).collect();
-                write_exr(&tmp.join(format!("{}{SUFFIX}", camera.name)), &channels)?;
-            }
+            truth.rig.cameras.par_iter().zip(&truth.views).try_for_each(|(camera, view)| {
+                write_view(&tmp.join(format!("{}{SUFFIX}", camera.name)), view)
+            })?;
             write_strands(&tmp.join(STRANDS), &truth.strands)?;
             let bytes = encode_visibility(&truth.visibility);
             atomic_write(&tmp.join(VISIBILITY), |w| w.write_all(&bytes))?;
@@ -81,22 +67,11 @@ pub fn read_truth(dir: &Path) -> Result<Truth> {
     check_folder(dir)?;
     let path = dir.join(RIG);
     let rig = parse_rig(&path, &read_all(&path)?)?;
-    let mut views = Vec::with_capacity(rig.cameras.len());
-    for c in &rig.cameras {
-        let path = dir.join(format!("{}{SUFFIX}", c.name));
-        let planes = pick(&path, read_exr(&path)?, CHANNELS)?;
-        let size = planes[0].size();
-        if size != (c.width as usize, c.height as usize) {
-            return Err(IoError::new(
-                &path,
-                format!(
-                    "{}x{} pixels, but {RIG} says {}x{}; render again",
-                    size.0, size.1, c.width, c.height
-                ),
-            ));
-        }
-        views.push(view(&path, planes)?);
-    }
+    let views = rig
+        .cameras
+        .par_iter()
+        .map(|c| read_view(&dir.join(format!("{}{SUFFIX}", c.name)), (c.width as usize, c.height as usize)))
+        .collect::<Result<Vec<_>>>()?;
     let strands = read_exact_hair(&dir.join(STRANDS))?;
     let path = dir.join(VISIBILITY);
     let visibility = parse_visibility(&read_all(&path)?).map_err(|e| e.in_file(&path))?;
@@ -111,7 +86,34 @@ pub fn read_truth(dir: &Path) -> Result<Truth> {
     Ok(truth)
 }
 
-fn view(path: &Path, planes: [Plane<f32>; 10]) -> Result<ViewTruth> {
+fn write_view(path: &Path, view: &ViewTruth) -> Result<()> {
+    let mask = view.mask.map(|&m| f32::from(u8::from(m)));
+    let [x, y, z] = split(&view.orientation_3d);
+    let planes = [
+        view.depth_first.raw(),
+        view.depth_05.raw(),
+        view.depth_50.raw(),
+        &view.coverage,
+        &mask,
+        &view.orientation_2d,
+        &view.orientation_agreement,
+        &x,
+        &y,
+        &z,
+    ];
+    let channels: Vec<_> = CHANNELS.into_iter().zip(planes).collect();
+    write_exr(path, &channels)
+}
+
+fn read_view(path: &Path, (w, h): (usize, usize)) -> Result<ViewTruth> {
+    let planes = pick(path, read_exr(path)?, CHANNELS)?;
+    let size = planes[0].size();
+    if size != (w, h) {
+        return Err(IoError::new(
+            path,
+            format!("{}x{} pixels, but {RIG} says {w}x{h}; render again", size.0, size.1),
+        ));
+    }
     let [first, p05, p50, coverage, mask, orientation_2d, orientation_agreement, x, y, z] = planes;
     if let Some(i) = mask.data.iter().position(|&m| m != 0.0 && m != 1.0) {
         return Err(IoError::new(path, format!("channel mask: pixel {i} is {}, not 0 or 1", mask.data[i])));

@@ -3,7 +3,7 @@ use crate::rig_json::tests::rig;
 use glam::Vec3;
 use std::fs;
 use strandbench_rng::Rng;
-use strandbench_types::{StrandSet, TriMesh, Visibility};
+use strandbench_types::{Plane, StrandSet, TriMesh, Visibility};
 
 /// A truth of random content: `n` strands of up to 60 points, cameras of `w` x `h`.
 fn random(seed: u64, cameras: usize, (w, h): (u32, u32), n: usize) -> Truth {

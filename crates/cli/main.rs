@@ -1,4 +1,5 @@
-//! strandbench command line.
-fn main() {
+//! The `strandbench` program.
+
+fn main() -> std::process::ExitCode {
     strandbench_cli::main()
 }

@@ -1,3 +1,25 @@
-//! Placeholder.
-/// Entry point.
-pub fn main() {}
+//! The command line: arguments in, a call into the suite, words or JSON out.
+
+mod args;
+mod commands;
+mod progress;
+mod table;
+
+use clap::Parser;
+use std::process::ExitCode;
+use strandbench_suite::SuiteError;
+
+/// Entry point; returns the exit code: 0 for success, 1 for a failure, 2 for wrong arguments, 130 when stopped.
+pub fn main() -> ExitCode {
+    let args = args::Args::parse();
+    match commands::run(&args) {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(error) => {
+            let cancelled =
+                error.downcast_ref::<SuiteError>().is_some_and(|e| matches!(e, SuiteError::Cancelled));
+            eprintln!("strandbench: {error:#}");
+            ExitCode::from(if cancelled { 130 } else { 1 })
+        }
+    }
+}

@@ -1,1 +1,78 @@
-//! Placeholder.
+//! Scene x variant x seed: running, re-using, failing and reporting. [`run_cell`] is the main job and the page
+//! to read first; every stage that it calls reads folders and writes one folder that the next one takes.
+//!
+//! ```text
+//! OUT/<scene>/render/                 frame/  truth/  identity/  radiance/  <camera>.png  render.json
+//! OUT/<scene>/<variant>/reconstruct/  estimate/  diagnostics.json
+//! OUT/<scene>/<variant>/score/        scores.json  scores.csv  errors.exr  errors_<metric>_<subject>.f32
+//! OUT/<scene>/<variant>/report/       report.html  report.json  report.csv
+//! OUT/index.html, index.json          all cells of the last run, pooled
+//! ```
+//! Each of these folders also holds `stage.json`: its key (a hash of inputs, parameters and code), a hash of
+//! every file in it, what it cost, and with which program and machine it was made.
+
+mod cell;
+mod error;
+pub mod hash;
+mod identity;
+mod import;
+mod lock;
+mod machine;
+mod method;
+mod pictures;
+mod pool;
+mod reconstruct;
+mod render;
+pub mod report;
+mod scene_job;
+mod score;
+mod settings;
+mod stage;
+
+pub use cell::{Cell, Outcome, Places, Row};
+pub use error::SuiteError;
+pub use import::{Imported, import};
+pub use lock::{LOCK_FILE, Lock};
+pub use machine::{Cost, Meter, Provenance};
+pub use method::{Method, variants_table};
+pub use pool::{Summary, run_all};
+pub use reconstruct::{DIAGNOSTICS, ESTIMATE, reconstruct};
+pub use render::{FRAME, RENDER_FILE, RenderFile, TRUTH, read_render_file, render};
+pub use scene_job::SceneJob;
+pub use score::{Curve, ERROR_CHANNEL, ERRORS, SCORES, ScoreFile, read_curve, score};
+pub use settings::{Part, Setting, render_settings};
+pub use stage::{Done, Progress, RECORD_FILE, Record, read_record};
+pub use strandbench_score::Score;
+
+use std::path::Path;
+
+/// The main job, one frame from scene to score. The scene gives geometry and truth; the renderer makes a frame
+/// for the cameras; the method turns the frame, and nothing else, into an estimate; the scorer holds the
+/// estimate against the truth; the report shows it. What comes back is a row with every figure, or a row that
+/// says which stage failed and why.
+///
+/// # Errors
+/// Only [`SuiteError::Cancelled`]; every other failure is a row.
+pub fn run_cell(cell: &Cell, out: &Path, progress: &dyn Progress) -> Result<Row, SuiteError> {
+    let places = cell.places(out);
+    let stages = || -> Result<Vec<Done>, (&'static str, SuiteError)> {
+        let rendered = render(&cell.scene, &cell.settings, cell.seed, &places.render, progress)
+            .map_err(|e| ("render", e))?;
+
+        let frame = places.render.join(FRAME);
+        let reconstructed = reconstruct(&frame, &cell.method.variant, &places.reconstruct, progress)
+            .map_err(|e| ("reconstruct", e))?;
+
+        let (truth, estimate) = (places.render.join(TRUTH), places.reconstruct.join(ESTIMATE));
+        let scored =
+            score(&truth, &estimate, cell.seed, &places.score, progress).map_err(|e| ("score", e))?;
+
+        let reported = report::report(&places, &cell.method.label, progress).map_err(|e| ("report", e))?;
+        Ok(vec![rendered, reconstructed, scored, reported])
+    };
+    match cell::catch(stages) {
+        Ok(stages) => Row::finished(cell, &places, &stages),
+        Err((_, SuiteError::Cancelled)) => Err(SuiteError::Cancelled),
+        Err((stage, error)) => Ok(Row::failed(cell, stage, &error.to_string())),
+    }
+}

@@ -1,0 +1,253 @@
+//! What can be asked for.
+
+use clap::{Args as ClapArgs, Parser, Subcommand};
+use std::path::PathBuf;
+use strandbench_suite::Setting;
+
+/// A benchmark for multi-view hair reconstruction: renders hair whose geometry is known, lets a method
+/// reconstruct it from the images alone, and scores what comes back.
+#[derive(Parser, Debug)]
+#[command(
+    name = "strandbench",
+    version,
+    arg_required_else_help = true,
+    after_help = "Examples:
+  strandbench run                                   the whole job on the default scene
+  strandbench run --scene messy-red --variant luo-ncc
+  strandbench run --all --out results               every scene of the catalogue, one table over all
+  strandbench run --hair straight.hair --preset yuksel
+  strandbench run --set recon.lambda=0.2 --set scene.rig.baseline_x_mm=200
+  strandbench scenes list
+
+Results lie in ./strandbench-out/<scene>/<variant>/report/report.html, which any browser opens from disk.
+A second run re-uses whatever did not change. `strandbench help <command>` says more about each."
+)]
+pub struct Args {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// Options of every command.
+#[derive(ClapArgs, Debug)]
+pub struct Common {
+    /// Worker threads; results do not depend on it [default: all processors]
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+    /// Say nothing but errors
+    #[arg(long, short, global = true)]
+    pub quiet: bool,
+    /// Print one JSON document to standard output instead of words
+    #[arg(long, global = true)]
+    pub json: bool,
+}
+
+#[derive(Subcommand, Debug)]
+pub enum Command {
+    /// The whole job: render, reconstruct, score, report
+    #[command(after_help = "Examples:
+  strandbench run
+  strandbench run --scene straight-blonde --scene curly-blonde --variant luo --variant luo-2cam
+  strandbench run --scene my-scene.toml --seed 7
+  strandbench run --hair straight.hair --scale-mm 2.5 --up z --forward y --head head.ply --radius-mm 0.04
+  strandbench run --set render.samples_per_pixel=16 --set scene.rig.azimuth_deg=180
+
+Exit code 0: every cell was scored. 1: at least one failed (its row says why). 130: stopped by Ctrl-C.")]
+    Run(RunArgs),
+    /// Render a scene: images for the method, truth for the scorer
+    Render(RenderArgs),
+    /// Reconstruct the frame of a render folder; the truth beside it is never read
+    #[command(after_help = "Example:
+  strandbench reconstruct strandbench-out/straight-blonde/render --variant luo-ncc")]
+    Reconstruct(ReconstructArgs),
+    /// Score an estimate against a truth
+    #[command(after_help = "Examples:
+  strandbench score strandbench-out/straight-blonde/luo
+  strandbench score my-estimate --truth strandbench-out/straight-blonde/render/truth --out my-scores
+
+An estimate of any program can be scored: a folder with depth.exr, orientation.exr, orientation_3d.exr,
+envelope.ply or strands.hair, whichever it has. What is not there counts as not answered.")]
+    Score(ScoreArgs),
+    /// Make the report of a scored variant folder
+    #[command(after_help = "Example:
+  strandbench report strandbench-out/straight-blonde/luo")]
+    Report(ReportArgs),
+    /// The catalogue of scenes
+    #[command(subcommand)]
+    Scenes(ListArgs),
+    /// The variants of the method
+    #[command(subcommand)]
+    Variants(ListArgs),
+    /// Convert a hair file: resample, place in millimetres, count, draw
+    #[command(after_help = "Example:
+  strandbench import straight.hair straight-mm.ply --preset yuksel
+
+Reads .hair, .data, .ply and .tfx; writes .hair, .data, .ply or .obj by OUT's ending, and a picture beside it.")]
+    Import(ImportArgs),
+}
+
+/// Which scenes.
+#[derive(ClapArgs, Debug, Clone)]
+pub struct SceneArgs {
+    /// A scene of the catalogue by name, or a .toml file; may be repeated
+    #[arg(long, value_name = "NAME|FILE.toml")]
+    pub scene: Vec<String>,
+    /// Every scene of the catalogue
+    #[arg(long, conflicts_with = "scene")]
+    pub all: bool,
+    /// Real strands from a .hair, .data, .ply or .tfx file instead of a scene
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["scene", "all"])]
+    pub hair: Option<PathBuf>,
+    #[command(flatten)]
+    pub import: ImportOptionArgs,
+    /// Change one value: scene.KEY=VALUE, render.KEY=VALUE or recon.KEY=VALUE; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = parse_setting)]
+    pub settings: Vec<Setting>,
+    /// Seed of hair, sampling, sensor noise and nulls
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Where results go
+    #[arg(long, default_value = "strandbench-out", value_name = "DIR")]
+    pub out: PathBuf,
+}
+
+fn parse_setting(text: &str) -> Result<Setting, String> {
+    // The option's name is already in clap's own words around this.
+    text.parse().map_err(|e: strandbench_suite::SuiteError| match e {
+        strandbench_suite::SuiteError::Setting { problem, .. } => problem,
+        other => other.to_string(),
+    })
+}
+
+/// How a hair file becomes millimetres.
+#[derive(ClapArgs, Debug, Clone)]
+#[command(next_help_heading = "Hair files")]
+pub struct ImportOptionArgs {
+    /// Scale and axes of a published collection: yuksel, yuksel-woman, usc, neuralhaircut
+    #[arg(long, value_name = "NAME")]
+    pub preset: Option<String>,
+    /// Millimetres of one unit of the file
+    #[arg(long, value_name = "MM")]
+    pub scale_mm: Option<f64>,
+    /// Axis of the file that points up: x, -x, y, -y, z, -z
+    #[arg(long, value_name = "AXIS", allow_hyphen_values = true)]
+    pub up: Option<String>,
+    /// Axis of the file that the face looks along
+    #[arg(long, value_name = "AXIS", allow_hyphen_values = true)]
+    pub forward: Option<String>,
+    /// Fibre radius, replaces the file's own
+    #[arg(long, value_name = "MM")]
+    pub radius_mm: Option<f32>,
+    /// Longest segment after smooth resampling
+    #[arg(long, value_name = "MM")]
+    pub max_segment_mm: Option<f32>,
+    /// Points of each strand, for a .ply of bare points
+    #[arg(long, value_name = "N")]
+    pub points_per_strand: Option<u32>,
+    /// Head mesh (.ply or .obj) in the units and axes of the hair file
+    #[arg(long, value_name = "FILE")]
+    pub head: Option<PathBuf>,
+}
+
+#[derive(ClapArgs, Debug)]
+pub struct RunArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Variant of the method (see `strandbench variants list`); may be repeated
+    #[arg(long, default_value = "luo", value_name = "NAME")]
+    pub variant: Vec<String>,
+}
+
+#[derive(ClapArgs, Debug)]
+pub struct RenderArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+}
+
+#[derive(ClapArgs, Debug)]
+pub struct ReconstructArgs {
+    /// A render folder, or a frame folder (rig.json, frame.json, images, masks)
+    pub folder: PathBuf,
+    /// Variant of the method
+    #[arg(long, default_value = "luo", value_name = "NAME")]
+    pub variant: String,
+    /// Change one parameter of the method: KEY=VALUE; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = parse_setting)]
+    pub settings: Vec<Setting>,
+    /// Folder to write [default: ../<variant>/reconstruct beside the render folder]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+}
+
+#[derive(ClapArgs, Debug)]
+pub struct ScoreArgs {
+    /// A variant folder, its reconstruct folder, or any estimate folder
+    pub folder: PathBuf,
+    /// The truth folder [default: ../render/truth beside the variant folder]
+    #[arg(long, value_name = "DIR")]
+    pub truth: Option<PathBuf>,
+    /// Seed of the nulls [default: the render's]
+    #[arg(long)]
+    pub seed: Option<u64>,
+    /// Folder to write [default: score in the variant folder]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+}
+
+#[derive(ClapArgs, Debug)]
+pub struct ReportArgs {
+    /// A variant folder that holds reconstruct and score
+    pub folder: PathBuf,
+    /// The render folder [default: ../render beside the variant folder]
+    #[arg(long, value_name = "DIR")]
+    pub render: Option<PathBuf>,
+}
+
+#[derive(Subcommand, Debug)]
+pub enum ListArgs {
+    /// One line each
+    List,
+    /// One of them, whole
+    Show {
+        /// Its name.
+        name: String,
+    },
+}
+
+#[derive(ClapArgs, Debug)]
+pub struct ImportArgs {
+    /// The hair file
+    pub file: PathBuf,
+    /// What to write: .hair, .data, .ply or .obj
+    pub out: PathBuf,
+    #[command(flatten)]
+    pub options: ImportOptionArgs,
+    /// Replace OUT if it is there
+    #[arg(long)]
+    pub force: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_definition_is_consistent() {
+        Args::command().debug_assert();
+    }
+
+    #[test]
+    fn axes_may_be_negative_and_settings_are_checked() {
+        let args = Args::try_parse_from(["s", "run", "--hair", "a.hair", "--up", "-z", "--set", "lambda=1"])
+            .unwrap();
+        let Command::Run(run) = args.command else { panic!("run") };
+        assert_eq!(run.scene.import.up.as_deref(), Some("-z"));
+        assert_eq!((run.scene.seed, run.variant.as_slice()), (1, &["luo".to_owned()][..]));
+        assert!(Args::try_parse_from(["s", "run", "--set", "lambda"]).is_err());
+        assert!(Args::try_parse_from(["s", "run", "--all", "--hair", "a.hair"]).is_err());
+        assert!(Args::try_parse_from(["s", "run", "--threads", "0"]).is_err());
+    }
+}

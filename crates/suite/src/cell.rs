@@ -1,0 +1,179 @@
+//! A cell of the benchmark, where its results lie, and its row.
+
+use crate::report::PAGE;
+use crate::score::{SCORES, ScoreFile};
+use crate::stage::{Done, read_json};
+use crate::{Cost, Method, SceneJob, SuiteError};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use strandbench_score::Score;
+
+/// One scene, one variant, one seed.
+#[derive(Clone, Debug)]
+pub struct Cell {
+    /// The scene.
+    pub scene: SceneJob,
+    /// The method.
+    pub method: Method,
+    /// Sampling of the renderer.
+    pub settings: strandbench_renderer::Settings,
+    /// What distinguishes this cell's render from one with the default seed and sampling; part of the folder
+    /// name, empty for none.
+    pub suffix: String,
+    /// Seed of hair, sampling, sensor noise and nulls.
+    pub seed: u64,
+}
+
+impl Cell {
+    /// Folder name of the scene in this cell.
+    pub fn scene_label(&self) -> String {
+        format!("{}{}", self.scene.label, self.suffix)
+    }
+
+    /// Where the cell's results lie below `out`.
+    pub fn places(&self, out: &Path) -> Places {
+        let scene = out.join(self.scene_label());
+        Places::new(&scene.join("render"), &scene.join(&self.method.label))
+    }
+}
+
+/// The four folders of a cell.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Places {
+    /// Images and truth; shared by all variants.
+    pub render: PathBuf,
+    /// Estimate.
+    pub reconstruct: PathBuf,
+    /// Scores.
+    pub score: PathBuf,
+    /// Report.
+    pub report: PathBuf,
+}
+
+impl Places {
+    /// The render folder, and the folder of the variant that holds the other three.
+    pub fn new(render: &Path, variant: &Path) -> Places {
+        Places {
+            render: render.to_owned(),
+            reconstruct: variant.join("reconstruct"),
+            score: variant.join("score"),
+            report: variant.join("report"),
+        }
+    }
+}
+
+/// How a cell ended.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "outcome")]
+pub enum Outcome {
+    /// Scored.
+    Ok,
+    /// A stage failed; the cell counts as an empty answer.
+    Failed {
+        /// The stage.
+        stage: String,
+        /// Why.
+        message: String,
+    },
+}
+
+/// One line of a result table; a cell that failed is a line too.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Row {
+    /// Scene with overrides.
+    pub scene: String,
+    /// Variant with overrides.
+    pub variant: String,
+    /// Seed.
+    pub seed: u64,
+    /// How it ended.
+    #[serde(flatten)]
+    pub outcome: Outcome,
+    /// Protocol version and hash; empty if it failed.
+    pub protocol: String,
+    /// Figures.
+    pub scores: Vec<Score>,
+    /// Cost of each stage, of the run that made it.
+    pub costs: BTreeMap<String, Cost>,
+    /// Stages that were re-used in this run.
+    pub reused: Vec<String>,
+    /// The page; absent if it failed.
+    pub report: Option<PathBuf>,
+    /// Folder of raw errors; absent if it failed.
+    #[serde(skip)]
+    pub(crate) score_dir: Option<PathBuf>,
+}
+
+impl Row {
+    /// Of a cell whose stages are done.
+    pub(crate) fn finished(cell: &Cell, places: &Places, stages: &[Done]) -> Result<Row, SuiteError> {
+        let file: ScoreFile = read_json(&places.score.join(SCORES))?;
+        Ok(Row {
+            protocol: file.protocol,
+            scores: file.scores,
+            costs: stages.iter().map(|d| (d.record.stage.clone(), d.record.cost)).collect(),
+            reused: stages.iter().filter(|d| d.reused).map(|d| d.record.stage.clone()).collect(),
+            report: Some(places.report.join(PAGE)),
+            score_dir: Some(places.score.clone()),
+            ..Row::empty(cell, Outcome::Ok)
+        })
+    }
+
+    /// Of a cell that failed.
+    pub(crate) fn failed(cell: &Cell, stage: &str, message: &str) -> Row {
+        Row::empty(cell, Outcome::Failed { stage: stage.to_owned(), message: message.to_owned() })
+    }
+
+    fn empty(cell: &Cell, outcome: Outcome) -> Row {
+        Row {
+            scene: cell.scene_label(),
+            variant: cell.method.label.clone(),
+            seed: cell.seed,
+            outcome,
+            protocol: String::new(),
+            scores: Vec::new(),
+            costs: BTreeMap::new(),
+            reused: Vec::new(),
+            report: None,
+            score_dir: None,
+        }
+    }
+
+    /// The figure of a subject for a metric.
+    pub fn score(&self, metric: &str, subject: &str) -> Option<&Score> {
+        self.scores.iter().find(|s| s.metric == metric && s.subject == subject)
+    }
+}
+
+/// Runs a cell's stages; a panic in one of them is that cell's failure and does not end the others.
+pub(crate) fn catch<T>(
+    stages: impl FnOnce() -> Result<T, (&'static str, SuiteError)>,
+) -> Result<T, (&'static str, SuiteError)> {
+    std::panic::catch_unwind(std::panic::AssertUnwindSafe(stages)).unwrap_or_else(|panic| {
+        let text = panic
+            .downcast_ref::<String>()
+            .cloned()
+            .or_else(|| panic.downcast_ref::<&str>().map(|s| (*s).to_owned()))
+            .unwrap_or_else(|| "no message".to_owned());
+        let problem =
+            format!("the program broke off: {text}; this is a bug of strandbench, please report it");
+        Err(("program", SuiteError::File { path: PathBuf::from("strandbench"), problem }))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_is_a_failure_with_its_words() {
+        let hook = std::panic::take_hook();
+        std::panic::set_hook(Box::new(|_| {}));
+        let got = catch(|| -> Result<(), _> { panic!("index {} out of range", 7) });
+        std::panic::set_hook(hook);
+        let (stage, error) = got.unwrap_err();
+        assert_eq!(stage, "program");
+        assert!(error.to_string().contains("index 7 out of range"), "{error}");
+    }
+}

@@ -1,0 +1,87 @@
+//! Why a stage could not finish.
+
+use std::path::{Path, PathBuf};
+
+/// Why a stage of the main job could not finish. Nothing that it would have replaced has been touched.
+#[derive(Debug, thiserror::Error)]
+pub enum SuiteError {
+    /// The scene cannot be read, built or seen; the text names the file, the place and the remedy.
+    #[error("scene {scene}: {problem}")]
+    Scene {
+        /// Catalogue name or file.
+        scene: String,
+        /// What is wrong and what to do.
+        problem: String,
+    },
+    /// A `key=value` override is unknown or malformed.
+    #[error("--set {setting}: {problem}")]
+    Setting {
+        /// The override as it was given.
+        setting: String,
+        /// What is wrong and what to do.
+        problem: String,
+    },
+    /// The renderer refused the scene.
+    #[error("rendering scene {scene}: {problem}")]
+    Render {
+        /// Scene name.
+        scene: String,
+        /// What is wrong.
+        problem: String,
+    },
+    /// The ground truth could not be made.
+    #[error("ground truth of scene {scene}: {problem}")]
+    Truth {
+        /// Scene name.
+        scene: String,
+        /// What is wrong.
+        problem: String,
+    },
+    /// The method refused the frame.
+    #[error("reconstructing {} with {variant}: {problem}", folder.display())]
+    Reconstruct {
+        /// The frame folder.
+        folder: PathBuf,
+        /// Variant name.
+        variant: String,
+        /// What is wrong.
+        problem: String,
+    },
+    /// No score could be given.
+    #[error("scoring {}: {problem}", folder.display())]
+    Score {
+        /// The estimate's folder.
+        folder: PathBuf,
+        /// What is wrong.
+        problem: String,
+    },
+    /// A file or folder of the harness is missing, damaged or cannot be written.
+    #[error("{}: {problem}", path.display())]
+    File {
+        /// The file or folder.
+        path: PathBuf,
+        /// What is wrong and what to do.
+        problem: String,
+    },
+    /// A file that another crate reads or writes.
+    #[error(transparent)]
+    Io(#[from] strandbench_io::IoError),
+    /// A scene that cannot be read or built.
+    #[error(transparent)]
+    SceneFile(#[from] strandbench_scenes::SceneError),
+    /// Stopped from outside.
+    #[error("cancelled; unfinished folders are removed, finished ones stand")]
+    Cancelled,
+}
+
+impl SuiteError {
+    pub(crate) fn file(path: &Path, problem: impl std::fmt::Display) -> SuiteError {
+        SuiteError::File { path: path.to_owned(), problem: problem.to_string() }
+    }
+}
+
+impl From<strandbench_types::Cancelled> for SuiteError {
+    fn from(_: strandbench_types::Cancelled) -> SuiteError {
+        SuiteError::Cancelled
+    }
+}

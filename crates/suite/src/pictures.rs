@@ -1,0 +1,219 @@
+//! Rasters turned into pictures for people.
+
+use strandbench_types::{DepthMap, OrientationField, Plane};
+
+/// Colour of pixels that are not part of the question.
+pub(crate) const PAPER: [u8; 3] = [244, 243, 240];
+/// Colour of pixels that were asked for and not answered.
+pub(crate) const ABSENT: [u8; 3] = [214, 0, 170];
+
+/// The transfer function of sRGB (IEC 61966-2-1), 0..1 to 0..255; what is outside is clipped.
+fn srgb(linear: f32) -> u8 {
+    let v = linear.clamp(0.0, 1.0);
+    let v = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
+    (v * 255.0).round() as u8
+}
+
+/// A colour of given lightness, chroma and hue (degrees) in OKLCH (Ottosson 2020), clipped into sRGB.
+fn oklch(lightness: f32, chroma: f32, hue_deg: f32) -> [u8; 3] {
+    let (sin, cos) = hue_deg.to_radians().sin_cos();
+    let (a, b) = (chroma * cos, chroma * sin);
+    let l = (lightness + 0.396_337_78 * a + 0.215_803_76 * b).powi(3);
+    let m = (lightness - 0.105_561_346 * a - 0.063_854_17 * b).powi(3);
+    let s = (lightness - 0.089_484_18 * a - 1.291_485_5 * b).powi(3);
+    [
+        srgb(4.076_741_7 * l - 3.307_711_6 * m + 0.230_969_94 * s),
+        srgb(-1.268_438 * l + 2.609_757_4 * m - 0.341_319_4 * s),
+        srgb(-0.004_196_086_3 * l - 0.703_418_6 * m + 1.707_614_7 * s),
+    ]
+}
+
+/// Sequential scale, 0..1 from light (near) to dark (far): lightness falls evenly.
+pub(crate) fn sequential(t: f32) -> [u8; 3] {
+    let t = t.clamp(0.0, 1.0);
+    oklch(0.95 - 0.68 * t, 0.05 + 0.36 * t * (1.0 - t) + 0.06 * t, 100.0 + 190.0 * t)
+}
+
+/// Diverging scale, -1 (blue) over 0 (almost white) to 1 (red).
+pub(crate) fn diverging(t: f32) -> [u8; 3] {
+    let t = t.clamp(-1.0, 1.0);
+    let a = t.abs();
+    oklch(0.97 - 0.52 * a, 0.2 * a.powf(0.8), if t < 0.0 { 255.0 } else { 27.0 })
+}
+
+/// Hue for an undirected line's angle (radians in [0, π)), brightness for its strength 0..1.
+pub(crate) fn line_colour(angle: f32, strength: f32) -> [u8; 3] {
+    let s = strength.clamp(0.0, 1.0);
+    oklch(0.15 + 0.65 * s, 0.15 * s, 30.0 + 2.0 * angle.to_degrees())
+}
+
+/// What to multiply linear values with so that 99 % of the lit ones stay below four fifths of white: an
+/// exposure for people, who see little in an image that is right for a machine.
+pub(crate) fn exposure(values: impl Iterator<Item = f32>) -> f32 {
+    let mut lit: Vec<f32> = values.filter(|v| v.is_finite() && *v > 1e-4).collect();
+    lit.sort_by(f32::total_cmp);
+    lit.get(lit.len() * 99 / 100).map_or(1.0, |v| 0.8 / v)
+}
+
+/// Linear radiance as a photograph, exposed for people.
+pub(crate) fn radiance(rgb: &Plane<[f32; 3]>) -> Plane<[u8; 3]> {
+    let gain = exposure(rgb.data.iter().map(|c| (c[0] + c[1] + c[2]) / 3.0));
+    rgb.map(|c| c.map(|v| srgb(v * gain)))
+}
+
+/// A linear-light monochrome image, brightened `gain` times.
+pub(crate) fn monochrome(image: &Plane<f32>, gain: f32) -> Plane<[u8; 3]> {
+    image.map(|&v| [srgb(v * gain); 3])
+}
+
+/// Depth between two limits on the sequential scale, over the pixels of `wanted`.
+pub(crate) fn depth(map: &DepthMap, wanted: &Plane<bool>, (near, far): (f32, f32)) -> Plane<[u8; 3]> {
+    let mut picture = wanted.map(|&w| if w { ABSENT } else { PAPER });
+    for (i, pixel) in picture.data.iter_mut().enumerate() {
+        if let Some(z) = map.get_index(i).filter(|_| wanted.data[i]) {
+            *pixel = sequential((z - near) / (far - near).max(1e-6));
+        }
+    }
+    picture
+}
+
+/// Signed error on the diverging scale, ±`limit_mm` at its ends.
+pub(crate) fn signed_error(error_mm: &Plane<f32>, limit_mm: f32) -> Plane<[u8; 3]> {
+    error_mm.map(|&e| match e {
+        e if e.is_nan() => PAPER,
+        e if e.is_infinite() => ABSENT,
+        e => diverging(e / limit_mm),
+    })
+}
+
+/// An estimated orientation field over the pixels of `wanted`; full brightness at the strength that 95 % of
+/// them stay below.
+pub(crate) fn orientation(field: &OrientationField, wanted: &Plane<bool>) -> Plane<[u8; 3]> {
+    let lines: Vec<_> = (0..wanted.data.len()).map(|i| field.line(i).filter(|_| wanted.data[i])).collect();
+    let mut strengths: Vec<f32> = lines.iter().flatten().map(|l| l.1).collect();
+    strengths.sort_by(f32::total_cmp);
+    let white = strengths.get(strengths.len() * 95 / 100).copied().unwrap_or(1.0).max(f32::MIN_POSITIVE);
+    let mut picture = wanted.map(|&w| if w { [0; 3] } else { PAPER });
+    for (pixel, line) in picture.data.iter_mut().zip(lines) {
+        if let Some((angle, strength)) = line {
+            *pixel = line_colour(angle, strength / white);
+        }
+    }
+    picture
+}
+
+/// True orientation: brightness is how far the fibres of a pixel agree.
+pub(crate) fn true_orientation(
+    angle: &Plane<f32>,
+    agreement: &Plane<f32>,
+    wanted: &Plane<bool>,
+) -> Plane<[u8; 3]> {
+    let mut picture = wanted.map(|_| PAPER);
+    for (i, pixel) in picture.data.iter_mut().enumerate() {
+        if wanted.data[i] && angle.data[i].is_finite() {
+            *pixel = line_colour(angle.data[i], agreement.data[i]);
+        }
+    }
+    picture
+}
+
+/// The legend of [`line_colour`]: a disc whose colour at a direction is that of a line in this direction.
+pub(crate) fn orientation_wheel(size: usize) -> Plane<[u8; 3]> {
+    let mut wheel = Plane::filled(size, size, [255; 3]);
+    let radius = size as f32 * 0.5;
+    for y in 0..size {
+        for x in 0..size {
+            let (dx, dy) = (x as f32 + 0.5 - radius, y as f32 + 0.5 - radius);
+            let r = dx.hypot(dy) / radius;
+            if r <= 1.0 {
+                let angle = dy.atan2(dx).rem_euclid(std::f32::consts::PI);
+                *wheel.at_mut(x, y) = line_colour(angle, r);
+            }
+        }
+    }
+    wheel
+}
+
+/// A picture as a PNG in a `data:` address, for a page that stands alone.
+pub(crate) fn data_uri(picture: &Plane<[u8; 3]>) -> String {
+    let mut png = std::io::Cursor::new(Vec::new());
+    let bytes: Vec<u8> = picture.data.iter().flatten().copied().collect();
+    let (width, height) = (picture.width as u32, picture.height as u32);
+    image::RgbImage::from_raw(width, height, bytes)
+        .expect("three bytes a pixel")
+        .write_to(&mut png, image::ImageFormat::Png)
+        .expect("memory takes every PNG");
+    format!("data:image/png;base64,{}", base64(png.get_ref()))
+}
+
+/// Base64 with padding (RFC 4648, section 4).
+pub(crate) fn base64(bytes: &[u8]) -> String {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for chunk in bytes.chunks(3) {
+        let group = (0..3).fold(0u32, |g, i| g << 8 | u32::from(*chunk.get(i).unwrap_or(&0)));
+        for i in 0..4 {
+            let digit = DIGITS[(group >> (18 - 6 * i) & 63) as usize] as char;
+            text.push(if i <= chunk.len() { digit } else { '=' });
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn base64_of_the_rfc() {
+        for (bytes, text) in
+            [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")]
+        {
+            assert_eq!(base64(bytes.as_bytes()), text);
+        }
+        assert_eq!(base64(&[255, 239, 190]), "/+++");
+    }
+
+    #[test]
+    fn scales_run_the_right_way_and_lines_have_no_direction() {
+        let light = |c: [u8; 3]| c.iter().map(|&v| i32::from(v)).sum::<i32>();
+        for i in 0..20 {
+            let t = i as f32 / 20.0;
+            assert!(light(sequential(t)) > light(sequential(t + 0.05)), "darker with depth at {t}");
+        }
+        let (blue, red) = (diverging(-1.0), diverging(1.0));
+        assert!(blue[2] > blue[0] + 60 && red[0] > red[2] + 60, "{blue:?} {red:?}");
+        assert!(diverging(0.0).iter().all(|&v| v > 235));
+        let near_pi = line_colour(std::f32::consts::PI - 1e-4, 1.0);
+        let zero = line_colour(0.0, 1.0);
+        assert!(zero.iter().zip(near_pi).all(|(a, b)| a.abs_diff(b) <= 1));
+        let quarter = line_colour(std::f32::consts::FRAC_PI_2, 1.0);
+        assert!(zero.iter().zip(quarter).any(|(a, b)| a.abs_diff(b) > 60));
+    }
+
+    #[test]
+    fn exposure_brightens_the_lit_part_and_ignores_the_dark_background() {
+        let values = (0..1000).map(|i| if i < 900 { 0.0 } else { 0.05 });
+        assert!((exposure(values) - 16.0).abs() < 1e-3);
+        assert_eq!(exposure([0.0, f32::NAN].into_iter()), 1.0);
+    }
+
+    #[test]
+    fn absent_is_not_an_error_of_zero() {
+        let e = Plane::from_vec(4, 1, vec![f32::NAN, f32::INFINITY, 0.0, 50.0]);
+        let p = signed_error(&e, 10.0);
+        assert_eq!((p.data[0], p.data[1], p.data[3]), (PAPER, ABSENT, diverging(1.0)));
+        assert_ne!(p.data[2], PAPER);
+        let mut map = DepthMap::empty(2, 1);
+        map.set(0, 0, Some(900.0));
+        let p = depth(&map, &Plane::filled(2, 1, true), (800.0, 1000.0));
+        assert_eq!(p.data, [sequential(0.5), ABSENT]);
+    }
+
+    #[test]
+    fn a_data_uri_is_a_png_that_reads_back() {
+        let picture = orientation_wheel(9);
+        let uri = data_uri(&picture);
+        assert!(uri.starts_with("data:image/png;base64,iVBORw0KGgo"));
+    }
+}

@@ -1,0 +1,147 @@
+//! Many cells: each its own row and report, then one table over all of them.
+
+use crate::cell::{Outcome, Row};
+use crate::report::index;
+use crate::score::{SCORES, ScoreFile, read_curve};
+use crate::stage::{Progress, read_json, write_json};
+use crate::{Cell, SuiteError, run_cell};
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+
+/// All rows of a run and what they say together.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Summary {
+    /// A row a cell, failed ones included, in the order asked for.
+    pub rows: Vec<Row>,
+    /// Quantiles over all scenes of each variant's and null's raw errors; scenes weigh equally.
+    pub pooled: Vec<Pooled>,
+    /// The table over all rows.
+    pub index: PathBuf,
+}
+
+/// |A1 error| of one subject over all scenes of a variant: raw errors pooled, each scene with the same weight.
+/// A failed cell counts as a scene without any answer.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Pooled {
+    /// Variant.
+    pub variant: String,
+    /// `method` or a null.
+    pub subject: String,
+    /// Scenes pooled.
+    pub scenes: usize,
+    /// Median, mm; `None` if infinite.
+    pub median_mm: Option<f64>,
+    /// 90th percentile, mm; `None` if infinite.
+    pub p90_mm: Option<f64>,
+    /// 95th percentile, mm; `None` if infinite.
+    pub p95_mm: Option<f64>,
+    /// Share of pixels within 10 mm.
+    pub within_10mm: f64,
+}
+
+/// Runs every cell, whatever becomes of the others, and writes `index.html` and `index.json` into `out`.
+///
+/// # Errors
+/// If the work is cancelled, or the index cannot be written.
+pub fn run_all(cells: &[Cell], out: &Path, progress: &dyn Progress) -> Result<Summary, SuiteError> {
+    let mut rows = Vec::new();
+    for cell in cells {
+        rows.push(run_cell(cell, out, progress)?);
+    }
+    let pooled = pool(&rows)?;
+    let summary = Summary { rows, pooled, index: out.join("index.html") };
+    write_whole(&summary.index, index::page(&summary, out).as_bytes())?;
+    let json = out.join("index.json");
+    let temp = out.join(".index.json.new");
+    write_json(&temp, &summary)?;
+    std::fs::rename(&temp, &json).map_err(|e| SuiteError::file(&json, e))?;
+    Ok(summary)
+}
+
+fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), SuiteError> {
+    let temp = path.with_extension("new");
+    std::fs::write(&temp, bytes).map_err(|e| SuiteError::file(&temp, e))?;
+    std::fs::rename(&temp, path).map_err(|e| SuiteError::file(path, e))
+}
+
+fn pool(rows: &[Row]) -> Result<Vec<Pooled>, SuiteError> {
+    let mut variants: Vec<&str> = Vec::new();
+    for row in rows {
+        if !variants.contains(&row.variant.as_str()) {
+            variants.push(&row.variant);
+        }
+    }
+    let mut pooled = Vec::new();
+    for variant in variants {
+        let mut curves: Vec<(String, Vec<Vec<f32>>)> = vec![("method".to_owned(), Vec::new())];
+        let mut failed = 0;
+        for row in rows.iter().filter(|r| r.variant == variant) {
+            let Some(dir) = &row.score_dir else {
+                debug_assert_ne!(row.outcome, Outcome::Ok);
+                failed += 1;
+                continue;
+            };
+            let file: ScoreFile = read_json(&dir.join(SCORES))?;
+            for curve in file.curves.iter().filter(|c| c.metric == "A1") {
+                let errors = read_curve(dir, curve)?;
+                match curves.iter_mut().find(|(name, _)| *name == curve.subject) {
+                    Some((_, all)) => all.push(errors),
+                    None => curves.push((curve.subject.clone(), vec![errors])),
+                }
+            }
+        }
+        for (subject, mut scenes) in curves {
+            if subject == "method" {
+                scenes.extend(std::iter::repeat_n(vec![f32::INFINITY], failed));
+            }
+            if !scenes.is_empty() {
+                pooled.push(quantiles(variant, &subject, &scenes));
+            }
+        }
+    }
+    Ok(pooled)
+}
+
+fn quantiles(variant: &str, subject: &str, scenes: &[Vec<f32>]) -> Pooled {
+    let share = 1.0 / scenes.len() as f64;
+    let mut all: Vec<(f32, f64)> = scenes
+        .iter()
+        .flat_map(|errors| errors.iter().map(move |&e| (e, share / errors.len() as f64)))
+        .collect();
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let at = |q: f64| {
+        let mut sum = 0.0;
+        let found = all.iter().find(|(_, w)| {
+            sum += w;
+            sum >= q - 1e-12
+        });
+        found.map(|(e, _)| f64::from(*e)).filter(|e| e.is_finite())
+    };
+    let within = all.iter().filter(|(e, _)| *e <= 10.0).map(|(_, w)| w).sum();
+    Pooled {
+        variant: variant.to_owned(),
+        subject: subject.to_owned(),
+        scenes: scenes.len(),
+        median_mm: at(0.5),
+        p90_mm: at(0.9),
+        p95_mm: at(0.95),
+        within_10mm: within,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scenes_weigh_equally_and_absent_answers_stay_infinite() {
+        let big: Vec<f32> = (1..=900).map(|i| i as f32 / 900.0).collect();
+        let small = vec![5.0, 20.0];
+        let p = quantiles("v", "method", &[big, small]);
+        assert_eq!(p.median_mm, Some(1.0), "the big scene is half of the weight, all of it below 5 mm");
+        assert_eq!(p.p90_mm, Some(20.0));
+        assert!((p.within_10mm - 0.75).abs() < 1e-9);
+        let p = quantiles("v", "method", &[vec![1.0], vec![f32::INFINITY]]);
+        assert_eq!((p.median_mm, p.p90_mm), (Some(1.0), None));
+    }
+}

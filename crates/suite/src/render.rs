@@ -1,0 +1,172 @@
+//! A scene's images as the cameras deliver them, and its truth.
+
+use crate::reconstruct::flat;
+use crate::scene_job::SceneJob;
+use crate::stage::{self, Done, Progress, read_json, write_json};
+use crate::{SuiteError, identity, pictures};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+use strandbench_renderer::{Render, RenderError, RenderScene, Settings, Stats};
+use strandbench_scenes::{AreaLight, FibreOptics, Scene, Sensor};
+use strandbench_types::{Frame, Plane, SampleHits, StrandSet};
+
+/// Sub-folder that a method may see: images, masks and the rig as calibrated.
+pub const FRAME: &str = "frame";
+/// Sub-folder that only the scorer may see.
+pub const TRUTH: &str = "truth";
+/// What was rendered and how.
+pub const RENDER_FILE: &str = "render.json";
+
+/// `render.json`: what stands behind the images, for people and for the report.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RenderFile {
+    /// Name that the scene goes by.
+    pub scene: String,
+    /// Seed of hair, sampling and sensor noise.
+    pub seed: u64,
+    /// The whole scene as TOML, overrides applied.
+    pub toml: String,
+    /// Sampling.
+    pub settings: Settings,
+    /// Number of fibres.
+    pub strands: usize,
+    /// Number of points of all fibres.
+    pub points: usize,
+    /// Sum of all fibres' lengths in metres.
+    pub length_m: f64,
+    /// Head breadth in mm.
+    pub head_breadth_mm: f32,
+    /// Fibre optics.
+    pub optics: FibreOptics,
+    /// Emitters.
+    pub lights: Vec<AreaLight>,
+    /// Sensor and its faults.
+    pub sensor: Sensor,
+    /// Work of each view, indexed [camera].
+    pub views: Vec<Stats>,
+}
+
+/// Reads `render.json` of a render folder.
+///
+/// # Errors
+/// If it is missing or cannot be understood.
+pub fn read_render_file(folder: &Path) -> Result<RenderFile, SuiteError> {
+    read_json(&folder.join(RENDER_FILE))
+}
+
+/// Builds and renders a scene into `out`: `frame/`, `truth/`, `identity/`, `radiance/`, a picture of each
+/// camera and `render.json`.
+///
+/// # Errors
+/// If the scene cannot be built or rendered, a camera sees no hair, or the work is cancelled; `out` is then
+/// untouched.
+pub fn render(
+    job: &SceneJob,
+    settings: &Settings,
+    seed: u64,
+    out: &Path,
+    progress: &dyn Progress,
+) -> Result<Done, SuiteError> {
+    let mut inputs = job.inputs()?;
+    inputs.extend(flat("render", settings));
+    inputs.insert("seed".into(), seed.to_string());
+    inputs.insert("code".into(), env!("STRANDBENCH_CODE_RENDER").into());
+    stage::run("render", out, inputs, progress, |dir| {
+        progress.begin("growing hair", 1);
+        let scene = job.build(seed)?;
+        progress.advance(1);
+        progress.check()?;
+        render_scene(job, &scene, settings, seed, dir, progress)
+    })
+}
+
+fn render_scene(
+    job: &SceneJob,
+    scene: &Scene,
+    settings: &Settings,
+    seed: u64,
+    dir: &Path,
+    progress: &dyn Progress,
+) -> Result<(), SuiteError> {
+    let failed = |e: RenderError| match e {
+        RenderError::Cancelled(_) => SuiteError::Cancelled,
+        other => SuiteError::Render { scene: job.name.clone(), problem: other.to_string() },
+    };
+    let traced = RenderScene::new(scene).map_err(failed)?;
+    let (mut images, mut hits, mut views) = (Vec::new(), Vec::new(), Vec::new());
+    for (c, camera) in scene.rig.cameras.iter().enumerate() {
+        let render = traced.render(c, settings, seed, progress).map_err(failed)?;
+        progress.check()?;
+        let image = strandbench_renderer::expose(&scene.sensor, c, &render.radiance_rgb, seed);
+        write_view(dir, &camera.name, &scene.strands, &render)?;
+        images.push(image);
+        views.push(render.stats);
+        hits.push(render.hits);
+    }
+    drop(traced);
+    let (frame, truth) = frame_and_truth(job, scene, images, &hits)?;
+    drop(hits);
+    progress.check()?;
+    strandbench_io::write_frame(&dir.join(FRAME), &scene.calibrated_rig, &frame)?;
+    strandbench_io::write_truth(&dir.join(TRUTH), &truth)?;
+    let lengths_mm: f64 = (0..scene.strands.len()).map(|i| scene.strands.length_mm(i)).sum();
+    let file = RenderFile {
+        scene: job.name.clone(),
+        seed,
+        toml: job.toml.clone(),
+        settings: settings.clone(),
+        strands: scene.strands.len(),
+        points: scene.strands.points.len(),
+        length_m: lengths_mm / 1000.0,
+        head_breadth_mm: scene.head_breadth_mm,
+        optics: scene.optics,
+        lights: scene.lights.clone(),
+        sensor: scene.sensor.clone(),
+        views,
+    };
+    write_json(&dir.join(RENDER_FILE), &file)
+}
+
+/// Truth from the identity buffers; the frame's masks are the true ones, as careful keying would give.
+fn frame_and_truth(
+    job: &SceneJob,
+    scene: &Scene,
+    images: Vec<Plane<f32>>,
+    hits: &[SampleHits],
+) -> Result<(Frame, strandbench_types::Truth), SuiteError> {
+    let head = scene.surfaces.first().map(|s| &s.mesh);
+    let truth = strandbench_groundtruth::truth(&scene.rig, &scene.strands, head, hits)
+        .map_err(|e| SuiteError::Truth { scene: job.name.clone(), problem: e.to_string() })?;
+    let masks: Vec<Plane<bool>> = truth.views.iter().map(|v| v.mask.clone()).collect();
+    for (camera, mask) in scene.rig.cameras.iter().zip(&masks) {
+        if !mask.data.iter().any(|&hair| hair) {
+            let problem = format!(
+                "camera {} sees no hair (no pixel is covered by half); check the rig's distance, direction and \
+                 focal length, and the hair's scale and place",
+                camera.name
+            );
+            return Err(SuiteError::Scene { scene: job.name.clone(), problem });
+        }
+    }
+    let frame = Frame { index: 0, images, masks };
+    frame.validate(&scene.rig).map_err(|problem| SuiteError::Render { scene: job.name.clone(), problem })?;
+    Ok((frame, truth))
+}
+
+/// Linear radiance, the identity buffer and a picture for people.
+fn write_view(dir: &Path, camera: &str, strands: &StrandSet, render: &Render) -> Result<(), SuiteError> {
+    for sub in ["radiance", "identity"] {
+        let path = dir.join(sub);
+        std::fs::create_dir_all(&path).map_err(|e| SuiteError::file(&path, e))?;
+    }
+    let [r, g, b] = [0, 1, 2].map(|k| render.radiance_rgb.map(|c| c[k]));
+    strandbench_io::write_exr(
+        &dir.join(format!("radiance/{camera}.exr")),
+        &[("R", &r), ("G", &g), ("B", &b), ("variance", &render.variance)],
+    )?;
+    identity::write(&dir.join(format!("identity/{camera}.exr")), &render.hits, strands)?;
+    let picture = pictures::radiance(&render.radiance_rgb);
+    strandbench_io::write_png_rgb(&dir.join(format!("{camera}.png")), &picture)?;
+    Ok(())
+}

@@ -1,0 +1,132 @@
+//! Which scene, from where, with which overrides.
+
+use crate::settings::{Part, Setting, label, put};
+use crate::{SuiteError, hash};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use strandbench_io::ImportOptions;
+use strandbench_scenes::{Scene, SceneSpec};
+
+/// A scene to render: its whole description as TOML with the overrides applied.
+#[derive(Clone, Debug)]
+pub struct SceneJob {
+    /// Catalogue name or file stem.
+    pub name: String,
+    /// Folder name: the name and what was overridden.
+    pub label: String,
+    /// The scene as TOML, overrides applied.
+    pub toml: String,
+    /// The file it came from; empty for a catalogue scene.
+    pub path: PathBuf,
+    spec: SceneSpec,
+}
+
+impl SceneJob {
+    /// A scene of the catalogue by name, or of a `.toml` file by path, with the overrides of [`Part::Scene`].
+    ///
+    /// # Errors
+    /// If there is no such scene, or its text has an unknown key or an impossible value.
+    pub fn open(scene: &str, settings: &[Setting]) -> Result<SceneJob, SuiteError> {
+        let entry = strandbench_scenes::catalog().iter().find(|e| e.name == scene);
+        if let Some(entry) = entry {
+            return SceneJob::from_toml(entry.name, Path::new(""), entry.toml, settings);
+        }
+        let path = Path::new(scene);
+        if !path.extension().is_some_and(|e| e == "toml") {
+            let names: Vec<&str> = strandbench_scenes::catalog().iter().map(|e| e.name).collect();
+            let problem = format!("not in the catalogue ({}), and not a .toml file", names.join(", "));
+            return Err(SuiteError::Scene { scene: scene.to_owned(), problem });
+        }
+        let text = std::fs::read_to_string(path).map_err(|e| SuiteError::file(path, e))?;
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        SceneJob::from_toml(&stem, path, &text, settings)
+    }
+
+    /// A scene from its TOML text; `path` is where relative file names start and what errors name.
+    ///
+    /// # Errors
+    /// If the text has an unknown key or an impossible value.
+    pub fn from_toml(
+        name: &str,
+        path: &Path,
+        text: &str,
+        settings: &[Setting],
+    ) -> Result<SceneJob, SuiteError> {
+        let shown =
+            if path.as_os_str().is_empty() { PathBuf::from(format!("{name}.toml")) } else { path.to_owned() };
+        let mut spec = strandbench_scenes::parse(text, &shown)?;
+        let overrides: Vec<&Setting> = settings.iter().filter(|s| s.part == Part::Scene).collect();
+        let mut text = text.to_owned();
+        if !overrides.is_empty() {
+            let fault = |e: &dyn std::fmt::Display| SuiteError::Scene {
+                scene: name.to_owned(),
+                problem: e.to_string(),
+            };
+            let mut table: toml::Table = toml::from_str(&text).map_err(|e| fault(&e))?;
+            for setting in &overrides {
+                put(&mut table, setting)?;
+            }
+            text = toml::to_string(&table).map_err(|e| fault(&e))?;
+            let shown = format!("{} with {}", shown.display(), list(&overrides));
+            spec = strandbench_scenes::parse(&text, Path::new(&shown))?;
+        }
+        let changes: Vec<String> = overrides.iter().map(|s| format!("{}={}", s.key, s.value)).collect();
+        Ok(SceneJob {
+            name: name.to_owned(),
+            label: label(name, &changes),
+            toml: text,
+            path: path.to_owned(),
+            spec,
+        })
+    }
+
+    /// Real strands on the default rig; `head` is a mesh in the hair file's own units.
+    ///
+    /// # Errors
+    /// If an option or an override does not fit; the file itself is read when the scene is built.
+    pub fn from_hair(
+        path: &Path,
+        import: ImportOptions,
+        head: Option<PathBuf>,
+        settings: &[Setting],
+    ) -> Result<SceneJob, SuiteError> {
+        if !path.is_file() {
+            return Err(SuiteError::file(path, "there is no such hair file"));
+        }
+        let spec = SceneSpec::from_hair_file(path, import, head);
+        let name = spec.name.clone();
+        SceneJob::from_toml(&name, Path::new(""), &spec.to_toml(), settings)
+    }
+
+    /// The scene as parsed.
+    pub fn spec(&self) -> &SceneSpec {
+        &self.spec
+    }
+
+    fn base(&self) -> Option<&Path> {
+        self.path.parent()
+    }
+
+    /// Geometry, rig and lights; the same bits for the same seed.
+    ///
+    /// # Errors
+    /// If a file that the scene names cannot be used, or nothing grows.
+    pub fn build(&self, seed: u64) -> Result<Scene, SuiteError> {
+        Ok(strandbench_scenes::build(&self.spec, seed, self.base())?)
+    }
+
+    /// What a render depends on: the description and the content of every file that it names.
+    pub(crate) fn inputs(&self) -> Result<BTreeMap<String, String>, SuiteError> {
+        let mut inputs = BTreeMap::from([("scene".to_owned(), hash::of_bytes(self.toml.as_bytes()))]);
+        let hair = self.spec.hair_file.iter().map(|h| &h.path);
+        for file in hair.chain(&self.spec.head.mesh_file) {
+            let file = self.base().unwrap_or(Path::new("")).join(file);
+            inputs.insert(format!("file {}", file.display()), hash::of_file(&file)?);
+        }
+        Ok(inputs)
+    }
+}
+
+fn list(settings: &[&Setting]) -> String {
+    settings.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
+}

@@ -1,0 +1,162 @@
+//! An estimate's folder against a truth's folder.
+
+use crate::stage::{self, Done, Progress, write_json};
+use crate::{SuiteError, hash};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::Path;
+use strandbench_score::{ConfidenceBin, ErrorCurve, Score, ScoreError, ScoreSheet, WorstRegion};
+
+/// File with every figure.
+pub const SCORES: &str = "scores.json";
+/// File with the signed depth error per pixel.
+pub const ERRORS: &str = "errors.exr";
+/// Channel of [`ERRORS`]: z_est - z_true in mm; NaN where not wanted, +inf where wanted and absent.
+pub const ERROR_CHANNEL: &str = "depth_error_mm";
+
+/// `scores.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ScoreFile {
+    /// Protocol version and content hash.
+    pub protocol: String,
+    /// Seed of the nulls.
+    pub seed: u64,
+    /// Figures in the protocol's order.
+    pub scores: Vec<Score>,
+    /// Where the raw errors of each subject are.
+    pub curves: Vec<Curve>,
+    /// B7 of the method by tenths of its confidence, least sure first.
+    pub orientation_by_confidence: Vec<ConfidenceBin>,
+    /// Where the method's depth is worst.
+    pub worst_region: Option<WorstRegion>,
+    /// Segments of true strands too short to measure, left out.
+    pub dropped_segments: u64,
+}
+
+/// Raw errors of one subject: a file of little-endian 32-bit floats, ascending, +inf for an absent answer
+/// (`numpy.fromfile(path, "<f4")`).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Curve {
+    /// `A1` (|depth error|, mm), `A5` or `B7` (axial error, degrees).
+    pub metric: String,
+    /// `method`, a null or the ceiling.
+    pub subject: String,
+    /// File name beside `scores.json`.
+    pub file: String,
+    /// Number of errors, absent answers included.
+    pub wanted: usize,
+}
+
+/// Scores `estimate_dir` against `truth_dir` into `out`: `scores.json`, `scores.csv`, `errors.exr` and the raw
+/// error curves. `seed` drives the nulls alone.
+///
+/// # Errors
+/// If a folder cannot be read, the two do not fit, nothing can be evaluated, or the work is cancelled; `out` is
+/// then untouched.
+pub fn score(
+    truth_dir: &Path,
+    estimate_dir: &Path,
+    seed: u64,
+    out: &Path,
+    progress: &dyn Progress,
+) -> Result<Done, SuiteError> {
+    for (dir, remedy) in [
+        (truth_dir, "there is no such truth folder; `strandbench render` makes one"),
+        (estimate_dir, "there is no such estimate folder; `strandbench reconstruct` makes one"),
+    ] {
+        if !dir.is_dir() {
+            return Err(SuiteError::file(dir, remedy));
+        }
+    }
+    let inputs = BTreeMap::from([
+        ("truth".to_owned(), hash::of_folder(truth_dir)?),
+        ("estimate".to_owned(), hash::of_folder(estimate_dir)?),
+        ("seed".to_owned(), seed.to_string()),
+        ("code".to_owned(), env!("STRANDBENCH_CODE_SCORE").to_owned()),
+    ]);
+    stage::run("score", out, inputs, progress, |dir| {
+        let truth = strandbench_io::read_truth(truth_dir)?;
+        let estimate = strandbench_io::read_estimate(estimate_dir)?;
+        let sheet = strandbench_score::score(&truth, &estimate, seed, progress).map_err(|e| match e {
+            ScoreError::Cancelled(_) => SuiteError::Cancelled,
+            other => SuiteError::Score { folder: estimate_dir.to_owned(), problem: other.to_string() },
+        })?;
+        write_sheet(dir, &sheet, seed)
+    })
+}
+
+fn write_sheet(dir: &Path, sheet: &ScoreSheet, seed: u64) -> Result<(), SuiteError> {
+    let mut raw: Vec<(&str, &str, &[f32])> = Vec::new();
+    raw.extend(sheet.depth_error_curves.iter().map(|(subject, e)| ("A1", subject.as_str(), e.as_slice())));
+    for (metric, all) in [("A5", &sheet.axis_error_curves), ("B7", &sheet.line_error_curves)] {
+        raw.extend(all.iter().map(|c: &ErrorCurve| (metric, c.subject.as_str(), c.errors_deg.as_slice())));
+    }
+    let mut curves = Vec::new();
+    for (metric, subject, errors) in raw {
+        let file = format!("errors_{metric}_{subject}.f32");
+        let bytes: Vec<u8> = errors.iter().flat_map(|e| e.to_le_bytes()).collect();
+        let path = dir.join(&file);
+        std::fs::write(&path, bytes).map_err(|e| SuiteError::file(&path, e))?;
+        let (metric, subject) = (metric.to_owned(), subject.to_owned());
+        curves.push(Curve { metric, subject, file, wanted: errors.len() });
+    }
+    let scores = sheet.scores.clone();
+    let csv = dir.join("scores.csv");
+    std::fs::write(&csv, scores_csv(&scores)).map_err(|e| SuiteError::file(&csv, e))?;
+    let file = ScoreFile {
+        protocol: sheet.protocol.clone(),
+        seed,
+        scores,
+        curves,
+        orientation_by_confidence: sheet.orientation_by_confidence.clone(),
+        worst_region: sheet.worst_region,
+        dropped_segments: sheet.dropped_segments,
+    };
+    write_json(&dir.join(SCORES), &file)?;
+    strandbench_io::write_exr(&dir.join(ERRORS), &[(ERROR_CHANNEL, &sheet.depth_error_mm)])?;
+    Ok(())
+}
+
+/// Reads one subject's raw errors.
+///
+/// # Errors
+/// If the file is missing or its length is not what `scores.json` says.
+pub fn read_curve(score_dir: &Path, curve: &Curve) -> Result<Vec<f32>, SuiteError> {
+    let path = score_dir.join(&curve.file);
+    let bytes = std::fs::read(&path).map_err(|e| SuiteError::file(&path, e))?;
+    if bytes.len() != curve.wanted * 4 {
+        let problem = format!("holds {} bytes, not four for each of {} errors", bytes.len(), curve.wanted);
+        return Err(SuiteError::file(&path, problem));
+    }
+    Ok(bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect())
+}
+
+/// The columns that [`scores_csv`] writes for each figure.
+pub(crate) const CSV_COLUMNS: &str = "metric,subject,unit,value,coverage,wanted";
+
+/// One line a figure; an absent value is an empty field.
+pub(crate) fn scores_csv(scores: &[Score]) -> String {
+    let mut text = format!("{CSV_COLUMNS}\n");
+    for s in scores {
+        text.push_str(&csv_line(s));
+        text.push('\n');
+    }
+    text
+}
+
+pub(crate) fn csv_line(s: &Score) -> String {
+    let value = s.value.map_or(String::new(), |v| v.to_string());
+    let text = [&s.metric, &s.subject, &s.unit].map(|t| csv_text(t)).join(",");
+    format!("{text},{value},{},{}", s.coverage, s.wanted)
+}
+
+/// A text as a CSV field (RFC 4180).
+pub(crate) fn csv_text(text: &str) -> String {
+    if text.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_owned()
+    }
+}

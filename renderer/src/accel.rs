@@ -2,6 +2,9 @@
 
 use crate::RenderError;
 use crate::cone::{RoundCone, Triangle};
+#[cfg(target_arch = "x86_64")]
+use crate::node::Avx2;
+use crate::node::{NodeTest, Portable, has_avx2};
 use glam::{UVec2, Vec3, Vec3A};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
@@ -79,12 +82,12 @@ impl Default for LastBlockers {
 /// All primitives of a scene, in the order of the BVH's leaves.
 pub struct Accel {
     bvh: CwBvh,
-    /// For each leaf slot: index into `cones`, or into `triangles` with the top bit set.
-    slots: Vec<u32>,
+    /// Indexed [leaf slot]; a negative radius marks a triangle, whose index stands in the bits of `half_delta`.
     cones: Vec<RoundCone>,
-    cone_names: Vec<Name>,
+    /// Indexed [leaf slot].
+    names: Vec<Name>,
     triangles: Vec<Triangle>,
-    triangle_names: Vec<Name>,
+    wide: bool,
     centre: Vec3,
     radius: f32,
 }
@@ -198,30 +201,23 @@ impl Accel {
             )));
         }
         let order = std::mem::take(&mut bvh.primitive_indices);
-        let mut slots = Vec::with_capacity(total);
-        let mut sorted_cones = Vec::with_capacity(n);
-        let mut sorted_cone_names = Vec::with_capacity(n);
-        let mut sorted_triangles = Vec::with_capacity(triangles.len());
-        let mut sorted_triangle_names = Vec::with_capacity(triangles.len());
-        for &k in &order {
-            let i = kept[k as usize] as usize;
-            if i < n {
-                slots.push(sorted_cones.len() as u32);
-                sorted_cones.push(cones[i]);
-                sorted_cone_names.push(cone_names[i]);
-            } else {
-                slots.push(MESH_BIT | sorted_triangles.len() as u32);
-                sorted_triangles.push(triangles[i - n]);
-                sorted_triangle_names.push(triangle_names[i - n]);
+        let slots = order.iter().map(|&k| kept[k as usize] as usize);
+        let sorted = slots.clone().map(|i| match i.checked_sub(n) {
+            None => cones[i],
+            Some(t) => {
+                RoundCone { radius: -1.0, half_delta: f32::from_bits(t as u32), ..RoundCone::default() }
             }
-        }
+        });
+        let sorted: Vec<RoundCone> = sorted.collect();
+        drop(cones);
+        let names =
+            slots.map(|i| i.checked_sub(n).map_or_else(|| cone_names[i], |t| triangle_names[t])).collect();
         Ok(Accel {
             bvh,
-            slots,
-            cones: sorted_cones,
-            cone_names: sorted_cone_names,
-            triangles: sorted_triangles,
-            triangle_names: sorted_triangle_names,
+            cones: sorted,
+            names,
+            triangles,
+            wide: has_avx2(),
             centre: (lo + hi) * 0.5,
             radius: (hi - lo).length() * 0.5 + pad,
         })
@@ -232,72 +228,91 @@ impl Accel {
         (self.centre, self.radius)
     }
 
+    /// Whether nodes are tested eight lanes at a time.
+    pub fn is_wide(&self) -> bool {
+        self.wide
+    }
+
+    /// The same geometry with the node test that runs on every machine.
+    pub fn portable(self) -> Accel {
+        Accel { wide: false, ..self }
+    }
+
     /// The first thing that the ray (unit direction) meets with `t > 0`; equal distances go to the lower
     /// identity, so the answer does not depend on the BVH.
+    #[inline]
     pub fn closest(&self, origin: Vec3, direction: Vec3) -> Option<Hit> {
+        #[cfg(target_arch = "x86_64")]
+        if self.wide {
+            // SAFETY: `wide` says that the machine has the instructions.
+            return unsafe { self.closest_avx2(origin, direction) };
+        }
+        self.closest_with::<Portable>(origin, direction)
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,fma,bmi1,lzcnt,popcnt")]
+    fn closest_avx2(&self, origin: Vec3, direction: Vec3) -> Option<Hit> {
+        self.closest_with::<Avx2>(origin, direction)
+    }
+
+    #[inline(always)]
+    fn closest_with<N: NodeTest>(&self, origin: Vec3, direction: Vec3) -> Option<Hit> {
         let mut ray = Ray::new(origin.into(), direction.into(), 0.0, f32::INFINITY);
-        let mut best: Option<Hit> = None;
-        let mut best_name = Name { owner: u32::MAX, item: u32::MAX };
+        let mut best = (u32::MAX, [0.0f32; 2]);
         let mut state = self.bvh.new_traversal(ray.direction);
         let mut node;
-        obvhs::traverse!(self.bvh, node, state, node.intersect_ray(&ray, state.oct_inv4), {
-            let slot = self.slots[state.primitive_id as usize];
-            if slot & MESH_BIT == 0 {
-                if let Some(h) = self.cones[slot as usize].intersect(origin, direction, 0.0) {
-                    if h.t <= ray.tmax {
-                        let name = self.cone_names[slot as usize];
-                        if h.t < ray.tmax || (name.owner, name.item) < (best_name.owner, best_name.item) {
-                            best_name = name;
-                            ray.tmax = h.t;
-                            best = Some(Hit::Fibre {
-                                t: h.t,
-                                strand: name.owner,
-                                point: name.item,
-                                along: h.along,
-                            });
-                        }
-                    }
-                }
-            } else {
-                let k = (slot & !MESH_BIT) as usize;
-                if let Some(h) = self.triangles[k].intersect(origin, direction, 0.0) {
-                    if h.t <= ray.tmax {
-                        let name = self.triangle_names[k];
-                        if h.t < ray.tmax || (name.owner, name.item) < (best_name.owner, best_name.item) {
-                            best_name = name;
-                            ray.tmax = h.t;
-                            best = Some(Hit::Mesh {
-                                t: h.t,
-                                surface: name.owner & !MESH_BIT,
-                                triangle: name.item,
-                                uv: [h.u, h.v],
-                            });
-                        }
-                    }
+        // SAFETY: `N` runs on this machine, as `wide` was asked before it was chosen.
+        obvhs::traverse!(self.bvh, node, state, unsafe { N::children(node, &ray, state.oct_inv4) }, {
+            let slot = state.primitive_id;
+            if let Some((t, uv)) = self.meet(slot, origin, direction) {
+                if t < ray.tmax || (t == ray.tmax && best.0 != u32::MAX && self.precedes(slot, best.0)) {
+                    ray.tmax = t;
+                    best = (slot, uv);
                 }
             }
         });
-        best
+        let (slot, uv) = best;
+        let name = *self.names.get(slot as usize)?;
+        let t = ray.tmax;
+        Some(if name.owner & MESH_BIT == 0 {
+            Hit::Fibre { t, strand: name.owner, point: name.item, along: uv[0] }
+        } else {
+            Hit::Mesh { t, surface: name.owner & !MESH_BIT, triangle: name.item, uv }
+        })
+    }
+
+    fn precedes(&self, a: u32, b: u32) -> bool {
+        let (a, b) = (self.names[a as usize], self.names[b as usize]);
+        (a.owner, a.item) < (b.owner, b.item)
+    }
+
+    /// Distance and place of the ray's entry into a primitive.
+    #[inline(always)]
+    fn meet(&self, slot: u32, origin: Vec3, direction: Vec3) -> Option<(f32, [f32; 2])> {
+        let cone = &self.cones[slot as usize];
+        if cone.radius >= 0.0 {
+            cone.intersect(origin, direction, 0.0).map(|h| (h.t, [h.along, 0.0]))
+        } else {
+            let triangle = &self.triangles[cone.half_delta.to_bits() as usize];
+            triangle.intersect(origin, direction, 0.0).map(|h| (h.t, [h.u, h.v]))
+        }
     }
 
     #[inline(always)]
     fn blocks(&self, slot: u32, origin: Vec3, direction: Vec3, tmax: f32, skip: Option<Skip>) -> bool {
-        if slot & MESH_BIT == 0 {
-            let cone = &self.cones[slot as usize];
-            let Some(h) = cone.intersect(origin, direction, 0.0) else { return false };
-            if h.t >= tmax {
-                return false;
-            }
-            let Some(skip) = skip else { return true };
-            let name = self.cone_names[slot as usize];
-            name.owner != skip.strand || !(name.item.abs_diff(skip.point) <= 1 || h.t < skip.near_mm)
-        } else {
-            let k = (slot & !MESH_BIT) as usize;
-            self.triangles[k].intersect(origin, direction, 0.0).is_some_and(|h| h.t < tmax)
+        let Some((t, _)) = self.meet(slot, origin, direction) else { return false };
+        if t >= tmax {
+            return false;
         }
+        let Some(skip) = skip else { return true };
+        // The owner of a triangle has a bit that no strand has.
+        let name = self.names[slot as usize];
+        name.owner != skip.strand || !(name.item.abs_diff(skip.point) <= 1 || t < skip.near_mm)
     }
 
     /// Whether anything lies on the ray (unit direction) before `tmax`.
+    #[inline]
     pub fn occluded(
         &self,
         origin: Vec3,
@@ -311,13 +326,44 @@ impl Accel {
                 return true;
             }
         }
+        #[cfg(target_arch = "x86_64")]
+        if self.wide {
+            // SAFETY: `wide` says that the machine has the instructions.
+            return unsafe { self.occluded_avx2(origin, direction, tmax, skip, last) };
+        }
+        self.occluded_with::<Portable>(origin, direction, tmax, skip, last)
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,fma,bmi1,lzcnt,popcnt")]
+    fn occluded_avx2(
+        &self,
+        o: Vec3,
+        d: Vec3,
+        tmax: f32,
+        skip: Option<Skip>,
+        last: &mut LastBlockers,
+    ) -> bool {
+        self.occluded_with::<Avx2>(o, d, tmax, skip, last)
+    }
+
+    #[inline(always)]
+    fn occluded_with<N: NodeTest>(
+        &self,
+        origin: Vec3,
+        direction: Vec3,
+        tmax: f32,
+        skip: Option<Skip>,
+        last: &mut LastBlockers,
+    ) -> bool {
         let ray = Ray::new(origin.into(), direction.into(), 0.0, tmax);
         let mut state = self.bvh.new_traversal(ray.direction);
         let mut node;
         let mut blocked = false;
         'walk: {
-            obvhs::traverse!(self.bvh, node, state, node.intersect_ray(&ray, state.oct_inv4), {
-                let slot = self.slots[state.primitive_id as usize];
+            // SAFETY: `N` runs on this machine, as `wide` was asked before it was chosen.
+            obvhs::traverse!(self.bvh, node, state, unsafe { N::children(node, &ray, state.oct_inv4) }, {
+                let slot = state.primitive_id;
                 if self.blocks(slot, origin, direction, tmax, skip) {
                     last.slots[last.next] = slot;
                     last.next = (last.next + 1) % last.slots.len();

@@ -4,8 +4,8 @@ use glam::Vec3;
 
 /// A round cone, the convex hull of two spheres, stored by its middle so that f32 suffices far from the
 /// world's origin.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C, align(32))]
 pub struct RoundCone {
     /// Middle of the axis, mm.
     pub middle: Vec3,

@@ -10,6 +10,7 @@ mod footprint;
 mod light;
 pub mod marschner;
 mod math;
+mod node;
 mod sampler;
 mod scene;
 mod sensor;

@@ -94,6 +94,7 @@ fn bvh_gives_the_brute_force_answer_to_the_bit() {
         let set = strands(&mut rng, n, size, radius);
         let m = mesh(&mut rng, if n > 2 { 40 } else { 0 }, size);
         let accel = Accel::new(&set, &[&m]).unwrap();
+        let narrow = Accel::new(&set, &[&m]).unwrap().portable();
         let (mut hits, mut blocked) = (0, 0);
         let mut last = LastBlockers::default();
         for k in 0..4000 {
@@ -107,10 +108,12 @@ fn bvh_gives_the_brute_force_answer_to_the_bit() {
             let d = (target - o).normalize();
             let want = brute(&set, &m, o, d);
             assert_eq!(accel.closest(o, d), want, "case {case}, ray {k}");
+            assert_eq!(narrow.closest(o, d), want, "case {case}, ray {k}, portable");
             hits += usize::from(want.is_some());
             let tmax = far * rng.range(0.2, 2.0);
             let shadow = accel.occluded(o, d, tmax, None, &mut last);
             assert_eq!(shadow, distance(want) < tmax, "case {case}, shadow ray {k}");
+            assert_eq!(narrow.occluded(o, d, tmax, None, &mut LastBlockers::default()), shadow);
             blocked += usize::from(shadow);
         }
         assert!(hits > 1000 && blocked > 300, "case {case}: {hits} hits, {blocked} blocked");

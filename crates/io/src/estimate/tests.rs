@@ -53,6 +53,21 @@ fn each_subset_of_parts_comes_back_with_nothing_left_of_the_last() {
 }
 
 #[test]
+fn channels_hold_what_their_names_say() {
+    let dir = tempfile::tempdir().unwrap();
+    let e = sample();
+    write_estimate(dir.path(), &e).unwrap();
+    let get = |file: &str, name: &str| {
+        let channels = read_exr(&dir.path().join(file)).unwrap();
+        channels.into_iter().find(|c| c.0 == name).unwrap().1
+    };
+    let (o, d) = (e.orientation.unwrap(), e.orientation_3d.unwrap());
+    assert_eq!((get(ORIENTATION, "re"), get(ORIENTATION, "im")), (o.re, o.im));
+    assert_eq!(get(ORIENTATION_3D, "X"), d.map(|v| v.x));
+    assert_eq!(get(ORIENTATION_3D, "Z"), d.map(|v| v.z));
+}
+
+#[test]
 fn an_empty_strand_set_and_an_empty_mesh_are_answers_too() {
     let dir = tempfile::tempdir().unwrap();
     let out = dir.path().join("e");

@@ -124,3 +124,35 @@ fn what_would_not_fit_into_memory_is_refused() {
     far.push(&[Vec3::splat(-huge), Vec3::splat(huge), Vec3::ZERO], 0.04);
     assert!(resample(&far, 1.0).is_err());
 }
+
+/// The span between the inner two of four points by Barry and Goldman's pyramid, an independent construction.
+fn pyramid(p: [DVec3; 4], u: f64) -> DVec3 {
+    let mut t = [0.0; 4];
+    for i in 0..3 {
+        t[i + 1] = t[i] + p[i].distance(p[i + 1]).powf(0.5);
+    }
+    let x = t[1] + u * (t[2] - t[1]);
+    let mix = |a: DVec3, b: DVec3, i: usize, j: usize| (a * (t[j] - x) + b * (x - t[i])) / (t[j] - t[i]);
+    let a = [mix(p[0], p[1], 0, 1), mix(p[1], p[2], 1, 2), mix(p[2], p[3], 2, 3)];
+    let b = [mix(a[0], a[1], 0, 2), mix(a[1], a[2], 1, 3)];
+    mix(b[0], b[1], 1, 2)
+}
+
+#[test]
+fn inner_spans_are_centripetal_catmull_rom_and_end_spans_parabolas() {
+    let points = [(0.0, 0.0, 0.0), (3.0, -5.0, 1.0), (3.5, -6.0, 1.0), (9.0, -7.0, -8.0)]
+        .map(|(x, y, z)| Vec3::new(x, y, z));
+    let spans: Vec<Span> = spans(&points).collect();
+    let p = points.map(|p| p.as_dvec3());
+    for i in 0..=10 {
+        let u = f64::from(i) / 10.0;
+        assert!(spans[1].at(u).distance(pyramid(p, u)) < 1e-12);
+        // The parabola through the first three points at the same knots (Lagrange).
+        let (h0, h1) = (p[0].distance(p[1]).sqrt(), p[1].distance(p[2]).sqrt());
+        let (x, t1, t2) = (u * h0, h0, h0 + h1);
+        let parabola = p[0] * ((x - t1) * (x - t2) / (t1 * t2))
+            + p[1] * (x * (x - t2) / (t1 * (t1 - t2)))
+            + p[2] * (x * (x - t1) / (t2 * (t2 - t1)));
+        assert!(spans[0].at(u).distance(parabola) < 1e-12);
+    }
+}

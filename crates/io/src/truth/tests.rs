@@ -79,6 +79,27 @@ fn truth_comes_back_bit_for_bit() {
 }
 
 #[test]
+fn channels_hold_what_their_names_say() {
+    let dir = tempfile::tempdir().unwrap();
+    let t = random(10, 1, (9, 7), 2);
+    write_truth(dir.path(), &t).unwrap();
+    let channels = read_exr(&dir.path().join("cam0_truth.exr")).unwrap();
+    let bits = |p: &Plane<f32>| p.map(|v| v.to_bits());
+    let get = |name: &str| bits(&channels.iter().find(|c| c.0 == name).unwrap().1);
+    let v = &t.views[0];
+    assert_eq!(get("depth_first_mm"), bits(v.depth_first.raw()));
+    assert_eq!(get("depth_05_mm"), bits(v.depth_05.raw()));
+    assert_eq!(get("depth_50_mm"), bits(v.depth_50.raw()));
+    assert_eq!(get("coverage"), bits(&v.coverage));
+    assert_eq!(get("mask"), v.mask.map(|&m| if m { 1.0f32.to_bits() } else { 0 }));
+    assert_eq!(get("orientation_2d_rad"), bits(&v.orientation_2d));
+    assert_eq!(get("orientation_agreement"), bits(&v.orientation_agreement));
+    assert_eq!(get("orientation_3d.X"), v.orientation_3d.map(|o| o.x.to_bits()));
+    assert_eq!(get("orientation_3d.Y"), v.orientation_3d.map(|o| o.y.to_bits()));
+    assert_eq!(get("orientation_3d.Z"), v.orientation_3d.map(|o| o.z.to_bits()));
+}
+
+#[test]
 fn frame_and_truth_can_share_a_folder() {
     let dir = tempfile::tempdir().unwrap();
     let t = random(6, 2, (9, 7), 3);

@@ -1,17 +1,19 @@
 //! Renders one view of a scene to a colour PNG, to look at.
 //!
-//! `preview SCENE out.png [--camera N] [--scale S] [--samples N] [--azimuth DEG] [--seed N]`
+//! `preview SCENE out.png [--camera N] [--scale S] [--samples N] [--azimuth DEG] [--seed N] [--exposure F]`
 //!
-//! SCENE is `demo`, a small hand-made tuft. `--scale` multiplies image size and focal length;
+//! SCENE is a name of the catalogue, a `.toml` file, or `demo`, a hand-made tuft. `--exposure` brightens the
+//! picture; 1 shows the sensor's full scale as white. `--scale` multiplies image size and focal length;
 //! `--azimuth` turns the camera about the vertical axis through the scene's middle.
 
 #[path = "preview/demo.rs"]
 mod demo;
 
 use glam::{DMat3, Vec3};
+use std::path::Path;
 use std::process::ExitCode;
 use strandbench_renderer::{RenderScene, Settings};
-use strandbench_scenes::Scene;
+use strandbench_scenes::{Scene, build, catalog, parse};
 use strandbench_types::{Camera, Silent};
 
 struct Options {
@@ -22,9 +24,10 @@ struct Options {
     samples: u32,
     azimuth_deg: f64,
     seed: u64,
+    exposure: f32,
 }
 
-fn parse() -> Result<Options, String> {
+fn options() -> Result<Options, String> {
     let mut o = Options {
         scene: String::new(),
         out: String::new(),
@@ -33,6 +36,7 @@ fn parse() -> Result<Options, String> {
         samples: 16,
         azimuth_deg: 0.0,
         seed: 1,
+        exposure: 1.0,
     };
     let mut free = Vec::new();
     let mut args = std::env::args().skip(1);
@@ -49,6 +53,7 @@ fn parse() -> Result<Options, String> {
             "samples" => o.samples = value.parse().map_err(|e| bad(&e))?,
             "azimuth" => o.azimuth_deg = value.parse().map_err(|e| bad(&e))?,
             "seed" => o.seed = value.parse().map_err(|e| bad(&e))?,
+            "exposure" => o.exposure = value.parse().map_err(|e| bad(&e))?,
             _ => return Err(format!("unknown option --{name}")),
         }
     }
@@ -60,8 +65,22 @@ fn parse() -> Result<Options, String> {
     }
 }
 
-fn load(name: &str, _seed: u64) -> Result<Scene, String> {
-    if name == "demo" { Ok(demo::tuft()) } else { Err(format!("scene {name} is not known")) }
+fn load(name: &str, seed: u64) -> Result<Scene, String> {
+    if name == "demo" {
+        return Ok(demo::tuft());
+    }
+    let path = Path::new(name);
+    let spec = if name.ends_with(".toml") {
+        let text = std::fs::read_to_string(path).map_err(|e| format!("{name}: {e}"))?;
+        parse(&text, path).map_err(|e| e.to_string())?
+    } else {
+        let known = || catalog().iter().map(|e| e.name).collect::<Vec<_>>().join(", ");
+        let entry = catalog().iter().find(|e| e.name == name);
+        let entry = entry
+            .ok_or_else(|| format!("scene {name} is neither a .toml file nor one of: demo, {}", known()))?;
+        entry.spec().map_err(|e| e.to_string())?
+    };
+    build(&spec, seed, path.parent()).map_err(|e| e.to_string())
 }
 
 /// The camera with image size and focal length scaled, turned about the vertical through `middle`.
@@ -89,7 +108,7 @@ fn to_srgb(v: f32) -> u8 {
 }
 
 fn run() -> Result<(), String> {
-    let o = parse()?;
+    let o = options()?;
     let clock = std::time::Instant::now();
     let mut scene = load(&o.scene, o.seed)?;
     let cameras = scene.rig.cameras.len();
@@ -112,7 +131,7 @@ fn run() -> Result<(), String> {
         s.shadow_rays as f64 / 1e6
     );
     let (w, h) = view.radiance_rgb.size();
-    let full = scene.sensor.full_scale_radiance;
+    let full = scene.sensor.full_scale_radiance / o.exposure;
     let bytes = view.radiance_rgb.data.iter().flat_map(|c| c.map(|v| to_srgb(v / full))).collect();
     let image = image::RgbImage::from_raw(w as u32, h as u32, bytes).ok_or("image size")?;
     image.save(&o.out).map_err(|e| format!("{}: {e}", o.out))

@@ -7,6 +7,7 @@
 pub mod accel;
 pub mod cone;
 mod footprint;
+mod identity;
 mod light;
 pub mod marschner;
 mod math;
@@ -17,9 +18,10 @@ mod sensor;
 mod skin;
 mod view;
 
+pub use identity::IdentityPlanes;
 pub use light::{LightSample, Lights};
 pub use scene::{RenderScene, fibre_tangent};
-pub use sensor::expose;
+pub use sensor::{expose, gain};
 pub use skin::scatter as scatter_skin;
 
 use strandbench_types::{Cancelled, Plane, SampleHits};

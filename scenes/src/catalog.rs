@@ -18,7 +18,22 @@ macro_rules! catalog {
     };
 }
 
-static CATALOG: &[CatalogEntry] = catalog!["straight-blonde",];
+static CATALOG: &[CatalogEntry] = catalog![
+    "straight-blonde",
+    "straight-brown-bob",
+    "straight-black-long",
+    "straight-red-layers",
+    "straight-brown-short",
+    "wavy-brown",
+    "wavy-red",
+    "wavy-blonde-bob",
+    "curly-blonde",
+    "curly-brown",
+    "curly-black-afro",
+    "messy-red",
+    "messy-brown-short",
+    "messy-black-long",
+];
 
 /// The scene that `run` takes when none is named.
 pub const DEFAULT_SCENE: &str = "straight-blonde";

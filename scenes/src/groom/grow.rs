@@ -115,21 +115,27 @@ impl Grower<'_> {
             + seedling.normal * libm::sinf(emergence))
         .normalize();
         let mut walks = seedling.wander.map(|(noise, sd)| (noise.along(ds / self.wander_length_mm), sd));
+        let k = self.head.scale();
         let mut p = seedling.root;
         let mut points = Vec::with_capacity(steps + 1);
         points.push(p);
         for i in 0..steps {
             let s = i as f32 * ds;
-            let (gap, normal) = self.head.distance(p);
+            let (gap, normal) = self.head.support(p);
             let layer = self.layer_mm(s, seedling);
             let above = gap - layer;
             let mut pull = Vec3::ZERO;
 
             let rate = seedling.weight * style.gravity * ((length - s) / self.bend_mm3).sqrt();
             let mut down = Vec3::NEG_Y;
-            if above < 0.0 || (style.cling > 0.0 && above < 4.0) {
+            if above < 4.0 {
                 // The hair beneath carries the part of the weight that presses on it.
                 down -= normal * down.dot(normal).min(0.0);
+                // On the shoulders it also keeps hair from sliding out along the arm.
+                let shoulder = ramp(-p.y, 120.0 * k, 30.0 * k);
+                if down.x * p.x > 0.0 {
+                    down.x *= 1.0 - 0.85 * shoulder;
+                }
             }
             pull += (down - heading * down.dot(heading)) * rate;
 
@@ -143,7 +149,9 @@ impl Grower<'_> {
             let (climb, stiffness) = if above < 0.0 {
                 ((-above / 12.0).min(0.7), 0.16)
             } else {
-                (-(above / 25.0).min(0.5), 0.10 * style.cling / (1.0 + (above / 25.0) * (above / 25.0)))
+                // Hanging hair has nothing that draws it in.
+                let hold = style.cling * ramp(normal.y, -0.25, 0.5) * ramp(p.y, -60.0 * k, 50.0 * k);
+                (-(above / 25.0).min(0.5), 0.10 * hold / (1.0 + (above / 25.0) * (above / 25.0)))
             };
             pull += normal * ((climb - heading.dot(normal)) * stiffness);
 

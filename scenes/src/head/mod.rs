@@ -23,11 +23,15 @@ pub(crate) const REFERENCE_BREADTH_MM: f32 = 155.0;
 /// by at most 5² / (4 · 80) = 0.08 mm; what needs less asks the mesh.
 const CELL_MM: f32 = 5.0;
 
+const SUPPORT_REACH: usize = 3;
+
 struct Model {
     skin: TriMesh,
     eyes: TriMesh,
     bvh: MeshBvh,
     sdf: Sdf,
+    /// The field that hair lies on: `sdf` averaged over [`SUPPORT_REACH`] cells either way.
+    support: Sdf,
     scalp: Scalp,
 }
 
@@ -55,7 +59,8 @@ fn model() -> &'static Model {
         let bvh = MeshBvh::new(&skin.vertices, &skin.triangles);
         let sdf = Sdf::new(&bvh, Vec3::new(-230.0, -360.0, -190.0), Vec3::new(230.0, 150.0, 190.0), CELL_MM);
         let scalp = Scalp::new(&skin, &ear);
-        Model { skin, eyes, bvh, sdf, scalp }
+        let support = sdf.blurred(SUPPORT_REACH);
+        Model { skin, eyes, bvh, sdf, support, scalp }
     })
 }
 
@@ -98,6 +103,13 @@ impl Head {
     #[inline]
     pub fn distance(&self, p: Vec3) -> (f32, Vec3) {
         let (d, n) = self.model.sdf.sample(p / self.scale);
+        (d * self.scale, n)
+    }
+
+    /// Distance (mm) and outward direction of the head as thick hair feels it: ears and nose are hardly there.
+    #[inline]
+    pub fn support(&self, p: Vec3) -> (f32, Vec3) {
+        let (d, n) = self.model.support.sample(p / self.scale);
         (d * self.scale, n)
     }
 

@@ -31,6 +31,40 @@ impl Sdf {
         Sdf { low, cell_mm, size, nodes }
     }
 
+    /// The field averaged over a cube of `2 reach + 1` nodes a side, with its own gradient: what thick hair
+    /// feels of the head, without ears and nose.
+    pub fn blurred(&self, reach: usize) -> Sdf {
+        let [nx, ny, nz] = self.size;
+        let strides = [1, nx, nx * ny];
+        let mut d: Vec<f32> = self.nodes.iter().map(|n| n.0).collect();
+        for axis in 0..3 {
+            let source = d;
+            let (len, stride) = (self.size[axis], strides[axis]);
+            d = (0..source.len())
+                .into_par_iter()
+                .map(|i| {
+                    let at = i / stride % len;
+                    let (a, b) = (at.saturating_sub(reach), (at + reach).min(len - 1));
+                    let sum: f32 = (a..=b).map(|k| source[i + k * stride - at * stride]).sum();
+                    sum / (b - a + 1) as f32
+                })
+                .collect();
+        }
+        let nodes = (0..nx * ny * nz)
+            .into_par_iter()
+            .map(|i| {
+                let slope = |axis: usize| {
+                    let (len, stride) = (self.size[axis], strides[axis]);
+                    let at = i / stride % len;
+                    let (a, b) = (at.saturating_sub(1), (at + 1).min(len - 1));
+                    (d[i + b * stride - at * stride] - d[i + a * stride - at * stride]) / (b - a) as f32
+                };
+                (d[i], Vec3::new(slope(0), slope(1), slope(2)).normalize_or(Vec3::Y))
+            })
+            .collect();
+        Sdf { low: self.low, cell_mm: self.cell_mm, size: self.size, nodes }
+    }
+
     /// Distance (mm, negative inside) and unit outward direction; beyond the box, a lower bound of it.
     pub fn sample(&self, p: Vec3) -> (f32, Vec3) {
         let g = (p - self.low) / self.cell_mm;

@@ -184,7 +184,7 @@ impl Default for StyleSpec {
             gravity: 1.0,
             young_gpa: 3.9,
             cling: 0.35,
-            shoulder_divide_mm: -10.0,
+            shoulder_divide_mm: -40.0,
             face_window_mm: 58.0,
         }
     }

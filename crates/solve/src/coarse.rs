@@ -25,7 +25,7 @@ pub struct CoarseToFineOptions {
 
 impl Default for CoarseToFineOptions {
     fn default() -> Self {
-        CoarseToFineOptions { levels: 4, coarse_iterations: 4, fine_iterations: 3, icm_sweeps: 5 }
+        CoarseToFineOptions { levels: 4, coarse_iterations: 3, fine_iterations: 2, icm_sweeps: 5 }
     }
 }
 

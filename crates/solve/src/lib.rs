@@ -2,7 +2,7 @@
 //!
 //! | function | what it is | lower bound |
 //! |---|---|---|
-//! | [`coarse_to_fine`] | TRW-S over a pyramid, then label bands around the answer; the default | yes |
+//! | [`coarse_to_fine`] | TRW-S over a pyramid of grids, then coordinate descent; the default | yes |
 //! | [`trws`] | sequential tree-reweighted message passing (Kolmogorov 2006) | yes |
 //! | [`exact`] | one cut (Ishikawa 2003), small problems only | tight |
 //! | [`alpha_expansion`] | graph cuts as Luo et al. use them (Boykov et al. 2001), truncated | no |

@@ -44,18 +44,38 @@ pub(crate) fn greater(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
-/// Least entry, with one running minimum per lane.
+/// Entries of the widest vector register counted on.
+const LANES: usize = 8;
+
+/// Folds a vector with `f`, which must be associative and commutative: side by side first, then by halves, so
+/// that no step waits for more than three others.
 #[inline(always)]
-pub(crate) fn least(v: &[f32]) -> f32 {
-    let mut lanes = [f32::INFINITY; BLOCK];
-    let chunks = v.chunks_exact(BLOCK);
+pub(crate) fn fold(v: &[f32], start: f32, f: impl Fn(f32, f32) -> f32) -> f32 {
+    let mut lanes = [start; LANES];
+    let chunks = v.chunks_exact(LANES);
     let rest = chunks.remainder();
     for c in chunks {
-        for i in 0..BLOCK {
-            lanes[i] = lesser(lanes[i], c[i]);
+        for i in 0..LANES {
+            lanes[i] = f(lanes[i], c[i]);
         }
     }
-    rest.iter().chain(&lanes).fold(f32::INFINITY, |a, &b| lesser(a, b))
+    for (lane, &r) in lanes.iter_mut().zip(rest) {
+        *lane = f(*lane, r);
+    }
+    let [a, b, c, d, e, g, h, i] = lanes;
+    f(f(f(a, e), f(c, h)), f(f(b, g), f(d, i)))
+}
+
+/// Least entry.
+#[inline(always)]
+pub(crate) fn least(v: &[f32]) -> f32 {
+    fold(v, f32::INFINITY, lesser)
+}
+
+/// Largest magnitude.
+#[inline(always)]
+pub(crate) fn largest(v: &[f32]) -> f32 {
+    fold(v, 0.0, |a, b| greater(a, b.abs()))
 }
 
 /// A cost vector with room on both sides, so that shifted reads need no bounds.
@@ -106,7 +126,7 @@ impl Padded {
             acc.copy_from_slice(&self.data[at..at + B]);
             let mut k = 1;
             while k < self.stride {
-                let top = acc.iter().fold(f32::NEG_INFINITY, |a, &v| greater(a, v));
+                let top = fold(&acc, f32::NEG_INFINITY, greater);
                 if floor + weight * ((k * k) as f32) >= top {
                     break;
                 }
@@ -141,7 +161,10 @@ mod tests {
         let mut padded = Padded::new(stride);
         padded.values()[..h.len()].copy_from_slice(h);
         let mut out = vec![0.0; stride];
-        let min = vectorised(|| padded.min_convolve(weight, &mut out));
+        let min = vectorised(
+            #[inline(always)]
+            || padded.min_convolve(weight, &mut out),
+        );
         out.truncate(h.len());
         (out, min)
     }

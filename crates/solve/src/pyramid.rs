@@ -52,7 +52,10 @@ pub(crate) fn halve(fine: &GridProblem<'_>) -> OwnedProblem {
         for (x, sum) in row.chunks_exact_mut(labels).enumerate() {
             for q in children(y * width + x) {
                 let costs = fine.costs(q);
-                vectorised(|| sum.iter_mut().zip(costs).for_each(|(s, c)| *s += c));
+                vectorised(
+                    #[inline(always)]
+                    || sum.iter_mut().zip(costs).for_each(|(s, c)| *s += c),
+                );
             }
         }
     });

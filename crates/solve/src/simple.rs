@@ -28,7 +28,10 @@ pub(crate) fn cheapest(problem: &GridProblem<'_>) -> Vec<u16> {
     let mut labels = vec![0; problem.pixels()];
     for p in (0..problem.pixels()).filter(|&p| problem.active[p]) {
         let costs = problem.costs(p);
-        let min = vectorised(|| least(costs));
+        let min = vectorised(
+            #[inline(always)]
+            || least(costs),
+        );
         labels[p] = costs.iter().position(|&c| c == min).unwrap_or(0) as u16;
     }
     labels
@@ -101,7 +104,10 @@ impl Dirty {
             }
             let mean = if total > 0.0 { moment / total } else { 0.0 };
             let unary = problem.costs(p);
-            let best = vectorised(|| best_near(unary, total as f32, mean as f32, &mut self.cost));
+            let best = vectorised(
+                #[inline(always)]
+                || best_near(unary, total as f32, mean as f32, &mut self.cost),
+            );
             // The vector search works in f32; only a gain in f64 is taken, so that the energy cannot rise.
             let at = |l: u16| {
                 let d = f64::from(l) - mean;

@@ -5,7 +5,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use crate::layout::{Layout, NONE};
-use crate::message::{BIG, BLOCK, Padded, greater, least, stride_of, vectorised};
+use crate::message::{BIG, Padded, largest, least, stride_of, vectorised};
 use crate::simple::icm_in_place;
 use crate::{Cancelled, GridProblem, Solution, SolveError};
 
@@ -115,9 +115,12 @@ impl<'a> Sweeper<'a> {
             let (right_before, right) = self.right.split_at_mut(from * stride);
             let (down_before, down) = self.down.split_at_mut(from * stride);
             let task = |first: usize, right: &mut [f32], down: &mut [f32]| {
-                vectorised(|| {
-                    forward_nodes(problem, layout, stride, first, right_before, down_before, right, down);
-                });
+                vectorised(
+                    #[inline(always)]
+                    || {
+                        forward_nodes(problem, layout, stride, first, right_before, down_before, right, down);
+                    },
+                );
             };
             let right = &mut right[..(to - from) * stride];
             let down = &mut down[..(to - from) * stride];
@@ -151,14 +154,17 @@ impl<'a> Sweeper<'a> {
             let (bounds, bounds_after) = self.bounds.split_at_mut(to);
             let after = After { start: to, theta: &theta_after, bounds: bounds_after };
             let before: [&[f32]; 2] = [right_before, down_before];
-            let task = |first: usize,
-                        messages: [&mut [f32]; 2],
-                        theta: &mut [f32],
-                        bounds: &mut [(f64, f32)]| {
-                vectorised(|| {
-                    backward_nodes(problem, layout, stride, first, &after, before, messages, theta, bounds)
-                });
-            };
+            let task =
+                |first: usize, messages: [&mut [f32]; 2], theta: &mut [f32], bounds: &mut [(f64, f32)]| {
+                    vectorised(
+                        #[inline(always)]
+                        || {
+                            backward_nodes(
+                                problem, layout, stride, first, &after, before, messages, theta, bounds,
+                            )
+                        },
+                    );
+                };
             let right = &mut right[..(to - from) * stride];
             let down = &mut down[..(to - from) * stride];
             let theta_now = &mut theta[..(to - from) * stride];
@@ -209,7 +215,10 @@ impl<'a> Sweeper<'a> {
                     let (wl, xl) = pull(layout.left[i], &layout.weight_right);
                     let (wu, xu) = pull(layout.up[i], &layout.weight_down);
                     let unary = problem.costs(layout.pixel[i] as usize);
-                    *label = vectorised(|| best_label(unary, r, d, [wl, xl, wu, xu], &mut cost));
+                    *label = vectorised(
+                        #[inline(always)]
+                        || best_label(unary, r, d, [wl, xl, wu, xu], &mut cost),
+                    );
                 }
             };
             let now = &mut now[..to - from];
@@ -350,18 +359,4 @@ fn add(theta: &mut [f32], message: &[f32]) {
     for (t, m) in theta.iter_mut().zip(message) {
         *t += m;
     }
-}
-
-/// Largest magnitude.
-#[inline(always)]
-fn largest(v: &[f32]) -> f32 {
-    let mut lanes = [0f32; BLOCK];
-    let chunks = v.chunks_exact(BLOCK);
-    let rest = chunks.remainder();
-    for c in chunks {
-        for i in 0..BLOCK {
-            lanes[i] = greater(lanes[i], c[i].abs());
-        }
-    }
-    rest.iter().chain(&lanes).fold(0.0, |a, &b| greater(a, b.abs()))
 }

@@ -47,7 +47,8 @@ impl Weighted {
 
     /// Weight of the values above `limit`.
     pub fn share_over(&self, limit: f64) -> f64 {
-        self.0.iter().filter(|(v, _)| *v > limit).map(|(_, w)| w).sum()
+        // Starts from 0: the sum of no numbers is -0.
+        self.0.iter().filter(|(v, _)| *v > limit).fold(0.0, |sum, (_, w)| sum + w)
     }
 }
 
@@ -78,6 +79,7 @@ mod tests {
             assert_eq!(w.quantile(percent as f64 / 100.0), percentile(&v, percent), "{percent} %");
         }
         assert!((w.share_over(30.0) - 0.25).abs() < 1e-12);
+        assert!(w.share_over(40.0).is_sign_positive());
         let uneven = Weighted::new(&[5.0, 1.0, f64::INFINITY], &[0.2, 0.5, 0.3]);
         assert_eq!(
             (uneven.quantile(0.5), uneven.quantile(0.6), uneven.quantile(0.71)),

@@ -9,6 +9,7 @@ use strandbench_types::{Camera, Rig};
 pub struct DepthLabels {
     near_mm: f64,
     far_mm: f64,
+    footprint_mm: f64,
     count: usize,
 }
 
@@ -16,7 +17,9 @@ impl DepthLabels {
     /// `count` labels, at least two, over the rig's working volume.
     pub fn new(rig: &Rig, count: usize) -> DepthLabels {
         assert!(count >= 2, "{count} labels span no range");
-        DepthLabels { near_mm: rig.near_mm, far_mm: rig.far_mm, count }
+        let focal = rig.cameras[0].focal_px;
+        let footprint_mm = ((rig.near_mm * rig.far_mm) / (focal.x * focal.y)).sqrt();
+        DepthLabels { near_mm: rig.near_mm, far_mm: rig.far_mm, footprint_mm, count }
     }
 
     /// Number of labels.
@@ -35,9 +38,15 @@ impl DepthLabels {
         1.0 / self.inverse_mm(label)
     }
 
-    /// Depth between neighbouring labels at √(near · far), mm: the unit in which Eq. 3 takes |D - D'|.
+    /// Depth between neighbouring labels at √(near · far), mm.
     pub fn step_mm(&self) -> f64 {
         (self.far_mm - self.near_mm) / (self.count - 1) as f64
+    }
+
+    /// The same step in widths of a reference pixel at that depth, z / f: the unit in which Eq. 3 takes
+    /// |D - D'|. Between neighbouring pixels a difference of 1 is a slope of 45 degrees.
+    pub fn step_footprints(&self) -> f64 {
+        self.step_mm() / self.footprint_mm
     }
 }
 
@@ -126,6 +135,7 @@ mod tests {
         let (a, b, c) = (d.inverse_mm(10.0), d.inverse_mm(11.0), d.inverse_mm(12.0));
         assert!((a - 2.0 * b + c).abs() < 1e-15);
         assert!((d.step_mm() - 2.0).abs() < 1e-12);
+        assert!((d.step_footprints() - 2.0 / (700_000f64.sqrt() / 1400.0)).abs() < 1e-12);
         // The step at the geometric mean depth, by differentiation: dz = z² dw.
         assert!(((a - b) * 700.0 * 1000.0 - 2.0).abs() < 1e-9);
     }

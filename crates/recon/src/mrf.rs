@@ -6,8 +6,8 @@ use crate::{Minimiser, Parameters, ReconError};
 use strandbench_solve::{self as solve, GridProblem, Solution, SolveError};
 use strandbench_types::{Cancelled, Monitor};
 
-/// Weights of the edges to the right and down, in units of one label step squared: λ · 2 w_s · step². Eq. 3
-/// sums over both ends of each edge, hence the 2.
+/// Weights of the edges to the right and down, in units of one label step squared: λ · 2 w_s · step²
+/// with the step in pixel footprints. Eq. 3 sums over both ends of each edge, hence the 2.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Edges {
     /// Edge from (x, y) to (x + 1, y).
@@ -19,7 +19,7 @@ pub struct Edges {
 impl Edges {
     /// Edge weights of the grid guided by O_ref (Eq. 4); zero where an end is no hair.
     pub fn new(grid: &Grid, guide: &[(f32, f32)], depths: &DepthLabels, p: &Parameters) -> Edges {
-        let step = depths.step_mm();
+        let step = depths.step_footprints();
         let scale = (2.0 * f64::from(p.lambda) * step * step) as f32;
         let fall = -0.5 / (p.sigma_o * p.sigma_o);
         let weight = |i: usize, j: usize| {

@@ -85,9 +85,10 @@ parameters! {
     sigma_p_px: f32 = 2.0, |v| positive(v) && v <= 16.0, "a number above 0, up to 16";
     /// Half-width of the window K of Eq. 8 in units of σ_p, rounded up to whole pixels.
     window_sigmas: f32 = 2.0, |v| positive(v) && v <= 4.0, "a number above 0, up to 4";
-    /// λ of Eq. 2 per mm²: depth differences count in mm at the geometric mean of near and far, whatever the
-    /// number of labels. Tuned for each matching cost; the paper gives no number.
-    lambda: f32 = 0.02, not_negative, "a number of at least 0";
+    /// λ of Eq. 2. Depth differences count in pixel footprints (z / f at the geometric mean of near and far), so
+    /// that λ is the price of a slope of 45 degrees whatever the number of labels and the resolution. Tuned for
+    /// each matching cost; the paper gives no number and no unit.
+    lambda: f32 = 0.01, not_negative, "a number of at least 0";
     /// σ_o of Eq. 4, in units of |O| (4.4: 0.5).
     sigma_o: f32 = 0.5, positive, "a number above 0";
     /// Whether labels are refined below one step (Eq. 9).

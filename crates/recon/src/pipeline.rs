@@ -53,13 +53,13 @@ pub fn reconstruct(
         };
         used.par_iter().map(one).collect::<Result<_, ReconError>>()
     })?;
+    let grids = Grid::all(&pyramids[0]).expect("the mask has hair");
+    check_memory(&grids, p.labels)?;
     let fields = clock.stage("orientation", (used.len() * p.levels) as u64, || {
         orientation_fields(&pyramids, variant, &rig.cameras[0].name, monitor)
     })?;
 
-    let grids = Grid::all(&pyramids[0]).expect("the mask has hair");
     let depths = DepthLabels::new(rig, p.labels);
-    check_memory(&grids, p.labels)?;
     let guides: Vec<Vec<(f32, f32)>> = grids.iter().zip(&fields[0]).map(|(g, f)| guide(g, f)).collect();
     let pairs: Vec<Epipolar> =
         others.iter().map(|&c| Epipolar::new(&rig.cameras[0], &rig.cameras[c])).collect();

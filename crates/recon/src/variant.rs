@@ -137,7 +137,7 @@ pub const VARIANTS: &[Variant] = &[
         name: "luo-ncc",
         asks: "does orientation beat NCC? (Fig. 12)",
         cost: MatchCost::Ncc,
-        parameters: Parameters { lambda: 0.02, absent_cost: 0.5, ..P },
+        parameters: Parameters { lambda: 0.01, absent_cost: 0.5, ..P },
         ..LUO
     },
     Variant { name: "luo-2cam", asks: "what do cameras 3 and 4 buy? (Fig. 15)", views: Views::Two, ..LUO },

@@ -40,9 +40,11 @@ pub(crate) fn truth(t: &Truth) -> Result<(), ScoreError> {
                 ));
             }
             let (first, at_05) = (v.depth_first.get_index(i), v.depth_05.get_index(i));
-            if hair && (first.is_none() || at_05.is_none() || !v.orientation_3d.data[i].is_finite()) {
+            let lines = v.orientation_3d.data[i].is_finite() && !v.orientation_2d.data[i].is_infinite();
+            if hair && (first.is_none() || at_05.is_none() || !lines) {
                 return fault(format!(
-                    "truth of camera {}, pixel ({}, {}): hair without a first depth or with a NaN direction",
+                    "truth of camera {}, pixel ({}, {}): hair without a first depth or with a direction that is \
+                     not finite",
                     camera.name,
                     i % want.0,
                     i / want.0

@@ -220,6 +220,8 @@ fn bad_input_is_refused() {
     with(|t| t.views[1].mask = Plane::filled(3, 3, true), "truth of camera c1: a map is 3x3");
     with(|t| t.rig.far_mm = 1.0, "working volume");
     with(|t| t.strands.points[3].x = f32::NAN, "true strands");
+    with(|t| t.views[1].orientation_2d.data.fill(f32::INFINITY), "a direction that is not finite");
+    with(|t| t.views[0].orientation_3d.data.fill(glam::Vec3::NAN), "a direction that is not finite");
     with(
         |t| t.views[0].orientation_2d.data.fill(f32::NAN),
         "no hair pixel of the reference view has a true line",

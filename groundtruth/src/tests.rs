@@ -159,6 +159,22 @@ fn samples_are_seen_from_a_twentieth_of_a_pixel_on() {
 }
 
 #[test]
+fn each_hit_counts_by_the_rays_of_its_own_pixel() {
+    let mut strands = StrandSet::new();
+    strands.push(&[Vec3::new(-1.0, 0.0, 100.0), Vec3::new(0.4, 0.0, 100.0)], 0.04);
+    let at = |s: f32| SampleHit { strand: 0, segment: 0, along: s / 1.4, depth_mm: 100.0 };
+    let seen = |rays: [u16; 2]| {
+        let mut b = buffer(2, 1, 1, &[(0, at(0.6)), (1, at(0.9))]);
+        b.rays = rays.to_vec();
+        truth(&rig(vec![camera("a", 2, 1)]), &strands, None, &[b]).unwrap().visibility.seen_by
+    };
+    // 1/30 + 1/120 of a pixel is too little, 1/30 + 1/60 is exactly enough.
+    assert_eq!(seen([30, 120]), [0, 0, 0]);
+    assert_eq!(seen([120, 30]), [0, 0, 0]);
+    assert_eq!(seen([30, 60]), [0, 1, 0]);
+}
+
+#[test]
 fn cameras_have_their_own_bits_and_short_strands_none() {
     let mut strands = ladder(1);
     strands.push(&[Vec3::new(0.0, 0.0, 90.0), Vec3::new(0.2, 0.0, 90.0)], 0.04);

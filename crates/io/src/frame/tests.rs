@@ -89,6 +89,13 @@ fn each_fault_names_its_file() {
     };
     fails(&edit("\"name\": \"cam0\"", "\"name\": \"cam1\""), "frame.json", "rig.json has \"cam0\"");
     fails(&edit("\"cam0.exr\"", "\"../cam0.exr\""), "frame.json", "not the name of a file");
+    for name in ["../cam0.exr", "sub/cam0.exr", "sub\\\\cam0.exr", "/cam0.exr", ".cam0.exr", ""] {
+        let outside = move |d: &Path| {
+            let text = fs::read_to_string(d.join("frame.json")).unwrap();
+            fs::write(d.join("frame.json"), text.replacen("cam0.exr", name, 1)).unwrap();
+        };
+        fails(&outside, "frame.json", "not the name of a file");
+    }
     fails(&edit("\"index\"", "\"time\""), "frame.json", "unknown field");
     fails(&edit("\"version\": 1", "\"version\": 7"), "frame.json", "version 7");
     fails(&|d| fs::write(d.join(".incomplete"), b"").unwrap(), "frame", "half-written");

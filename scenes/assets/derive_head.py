@@ -24,7 +24,7 @@ FEMALE = 0.65
 LOWEST_DM = 4.1
 ORIGIN_DM = (0.0, 7.42, 0.47)
 EAR_TARGETS = ("ear-wing-incr", "ear-flap-incr", "ear-scale-depth-incr")
-EAR_MOVED_DM = 0.004
+EAR_MOVED_DM = 0.03
 
 
 def data_folder():

@@ -57,8 +57,7 @@ impl Planner<'_> {
         let k = self.head.scale();
         let l = &self.spec.length;
         if let Some(f) = l.fringe
-            && root.position.x.abs() < f.half_width_mm
-            && root.inside_mm < f.depth_mm
+            && root.inside_mm < f.depth_mm * (1.0 - root.position.x.abs() / f.half_width_mm)
             && root.position.z > 20.0 * k
         {
             return (f.length_mm, true);
@@ -98,21 +97,28 @@ impl Planner<'_> {
         let mut rng = Rng::keyed(&[self.seed, level, i as u64]);
         let c = &spec.clumping;
         let strength = if level == TUFT { c.tuft_strength } else { c.wisp_strength };
-        let strength = (strength * (1.0 + c.strength_spread * normal(&mut rng))).clamp(0.0, 0.93);
+        let strength = (strength * (1.0 + c.strength_spread * normal(&mut rng))).clamp(0.0, 0.96);
         let w = &spec.wave;
-        // A wisp varies about its tuft.
+        // A wisp varies about its tuft; waves that keep step vary between tufts alone.
         let share = std::f32::consts::FRAC_1_SQRT_2;
+        let in_step = w.coherence_mm > 0.0;
+        let wave_share = match (in_step, parent) {
+            (false, _) => share,
+            (true, None) => 1.0,
+            (true, Some(_)) => 0.2,
+        };
         let base = parent.map_or((w.radius_mm, w.pitch_mm), |(_, t)| (t.wave.radius_mm, t.wave.pitch_mm));
-        let radius_mm = base.0 * lognormal(&mut rng, w.radius_spread * share);
-        let pitch_mm = base.1 * lognormal(&mut rng, w.pitch_spread * share);
+        let radius_mm = base.0 * lognormal(&mut rng, w.radius_spread * wave_share);
+        let pitch_mm = base.1 * lognormal(&mut rng, w.pitch_spread * wave_share);
         let own = std::f32::consts::TAU * rng.f32();
-        let phase = if w.coherence_mm > 0.0 {
+        let hand = if in_step || rng.f32() < 0.5 { 1.0 } else { -1.0 };
+        let phase = if in_step {
             let p = root.position / (w.coherence_mm * self.head.scale());
-            std::f32::consts::TAU * 0.7 * space_noise(self.seed ^ PHASE, p) + 0.4 * normal(&mut rng)
+            let way = self.comb.way_mm(root.position) / pitch_mm;
+            std::f32::consts::TAU * (way + 0.5 * space_noise(self.seed ^ PHASE, p)) + 0.25 * normal(&mut rng)
         } else {
             own
         };
-        let hand = if rng.f32() < 0.5 { 1.0 } else { -1.0 };
         let rank = parent.map_or(1.0, |(_, t)| t.rank) * rng.range(0.72, 1.28);
         let length_factor = parent.map_or(1.0, |(_, t)| t.length_factor)
             * lognormal(&mut rng, spec.length.wisp_spread * share);
@@ -142,7 +148,10 @@ impl Planner<'_> {
                 pitch_mm,
                 phase,
                 hand,
-                drift: LineNoise::new(&[self.seed, level, i as u64, SPREAD, 1]),
+                drift: match parent {
+                    Some((_, t)) if in_step => t.wave.drift,
+                    _ => LineNoise::new(&[self.seed, level, i as u64, SPREAD, 1]),
+                },
             },
             carrier,
             frame,

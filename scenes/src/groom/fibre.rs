@@ -39,7 +39,7 @@ impl Planner<'_> {
         if flyaway {
             factor *= rng.range(0.35, 1.0);
         }
-        let rank = wisp.rank * rng.range(0.85, 1.15) + if flyaway { rng.range(0.0, 0.5) } else { 0.0 };
+        let rank = wisp.rank * rng.range(0.92, 1.08) + if flyaway { rng.range(0.0, 0.5) } else { 0.0 };
         let own = LineNoise::new(&[self.seed, FIBRE, index as u64, 1]);
         let own_sd = if flyaway { d.flyaway_deg } else { d.strand_wander_deg }.to_radians();
         let wander = [
@@ -76,10 +76,10 @@ impl Planner<'_> {
             let (centre, tangent, normal) = wisp.frame_at(s);
             let gather = ramp(s, c.onset_mm, reach) * loose;
             let to_tuft = tuft.carrier.at(s) - centre;
-            let shift = to_tuft * (tuft.strength * gather * limited(to_tuft, 28.0));
+            let shift = to_tuft * (tuft.strength * gather * limited(to_tuft, 40.0));
             let mut p = carrier.at(s) + shift;
             let to_wisp = centre + shift - p;
-            p += to_wisp * (wisp.strength * gather * limited(to_wisp, 14.0));
+            p += to_wisp * (wisp.strength * gather * limited(to_wisp, 30.0));
             if wisp.wave.radius_mm > 0.0 {
                 let drift = wisp.wave.drift.at(s / 70.0);
                 let pitch = wisp.wave.pitch_mm * (1.0 + w.drift * drift.x).clamp(0.45, 1.8);

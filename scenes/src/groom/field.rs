@@ -85,6 +85,30 @@ impl Comb {
         out.normalize_or(Vec3::NEG_Y)
     }
 
+    /// Extra angle (radians) at which hair stands up beside the parting and about the crown.
+    pub fn rise(&self, p: Vec3) -> f32 {
+        let crown = 1.0 - ramp(p.distance(CROWN * self.scale), 5.0, 45.0 * self.scale);
+        let part = match self.parting {
+            Parting::None => 0.0,
+            _ => {
+                let (x, z) = self.nearest_on_part(p);
+                1.0 - ramp(libm::hypotf(p.x - x, p.z - z), 0.0, 9.0)
+            }
+        };
+        0.45 * crown.max(part)
+    }
+
+    /// Distance (mm) from where hair of this place would begin, at the parting or the whorl: waves of hairs
+    /// that lie over each other are in step if phase counts from there.
+    pub fn way_mm(&self, p: Vec3) -> f32 {
+        let (x, z) = match self.parting {
+            Parting::None => (CROWN.x * self.scale, CROWN.z * self.scale),
+            _ => self.nearest_on_part(p),
+        };
+        let top = CROWN.y * self.scale + 15.0;
+        p.distance(Vec3::new(x, top, z))
+    }
+
     /// Which side of the parting a root is on: -1, 0 (no parting) or 1.
     pub fn side(&self, p: Vec3) -> i32 {
         if self.parting == Parting::None || p.z < CROWN.z * self.scale {

@@ -102,7 +102,8 @@ impl Grower<'_> {
         let length = seedling.length_mm;
         let steps = ((length / 3.0).ceil() as usize).clamp(12, 400);
         let ds = length / steps as f32;
-        let emergence = style.emergence_deg.to_radians();
+        let rise = if seedling.forward { 0.0 } else { self.comb.rise(seedling.root) };
+        let emergence = (style.emergence_deg.to_radians() + rise).min(1.45);
         let comb_at = |p: Vec3, n: Vec3| {
             if seedling.forward {
                 let f = Vec3::new(0.12 * p.x.clamp(-40.0, 40.0) / 40.0, -0.5, 1.0);

@@ -136,7 +136,7 @@ mod tests {
         let breadth = skin
             .vertices
             .iter()
-            .filter(|p| p.y > 2.0)
+            .filter(|p| p.y > 5.5)
             .fold((0.0f32, 0.0f32), |m, p| (m.0.max(p.x), m.1.min(p.x)));
         assert!((breadth.0 - breadth.1 - 150.0).abs() < 0.2, "{breadth:?}");
         let mut worst = 0.0f32;

@@ -16,10 +16,10 @@ const HAIRLINE: [(f32, f32); 17] = [
     (60.0, 8.0),
     (66.0, -16.0),
     (72.0, -28.0),
-    (78.0, -10.0),
-    (84.0, 4.0),
-    (95.0, 8.0),
-    (108.0, 2.0),
+    (78.0, -16.0),
+    (84.0, -2.0),
+    (95.0, 2.0),
+    (108.0, -4.0),
     (116.0, -30.0),
     (125.0, -62.0),
     (140.0, -80.0),
@@ -47,7 +47,10 @@ fn inside_hairline_mm(p: Vec3) -> f32 {
         + slope(k + 1) * w * (t3 - t2);
     // A vertical gap on a slanting hairline is longer than the distance to it.
     let radius = (p.x * p.x + p.z * p.z).sqrt().max(1.0);
-    let steepness = (y1 - y0) / (w.to_radians() * radius);
+    let per_degree = (y1 - y0) / w * (6.0 * t - 6.0 * t2)
+        + slope(k) * (3.0 * t2 - 4.0 * t + 1.0)
+        + slope(k + 1) * (3.0 * t2 - 2.0 * t);
+    let steepness = per_degree.to_degrees() / radius;
     (p.y - height) / (1.0 + steepness * steepness).sqrt()
 }
 

@@ -125,7 +125,11 @@ fn run_job(args: &RunArgs, show: &Show, json: bool) -> Result<bool> {
     } else {
         print!("{}", table::summary(&summary));
     }
-    Ok(summary.rows.iter().all(|r| r.report.is_some()))
+    let failed: Vec<String> = summary.rows.iter().filter_map(table::failure).collect();
+    for line in &failed {
+        eprintln!("strandbench: {line}");
+    }
+    Ok(failed.is_empty())
 }
 
 fn render(args: &RenderArgs, show: &Show, json: bool) -> Result<bool> {

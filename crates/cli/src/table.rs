@@ -17,19 +17,9 @@ const KEY: &[(&str, &str)] = &[
 pub fn summary(summary: &Summary) -> String {
     let mut text = String::new();
     for row in &summary.rows {
-        text.push('\n');
-        match &row.outcome {
-            Outcome::Ok => {
-                let _ = writeln!(text, "{} by {}, seed {}", row.scene, row.variant, row.seed);
-                text.push_str(&scores(&key_scores(row)));
-            }
-            Outcome::Failed { stage, message } => {
-                let _ = writeln!(
-                    text,
-                    "{} by {}, seed {}: FAILED in {stage}: {message}",
-                    row.scene, row.variant, row.seed
-                );
-            }
+        if row.outcome == Outcome::Ok {
+            let _ = writeln!(text, "\n{} by {}, seed {}", row.scene, row.variant, row.seed);
+            text.push_str(&scores(&key_scores(row)));
         }
         if let Some(report) = &row.report {
             let _ = writeln!(text, "report: {}", report.display());
@@ -39,6 +29,16 @@ pub fn summary(summary: &Summary) -> String {
         let _ = writeln!(text, "\nall scenes: {}", summary.index.display());
     }
     text
+}
+
+/// What became of a cell that failed.
+pub fn failure(row: &Row) -> Option<String> {
+    match &row.outcome {
+        Outcome::Ok => None,
+        Outcome::Failed { stage, message } => {
+            Some(format!("{} by {}, seed {}: {stage} failed: {message}", row.scene, row.variant, row.seed))
+        }
+    }
 }
 
 fn key_scores(row: &Row) -> Vec<Score> {

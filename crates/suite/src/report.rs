@@ -4,6 +4,7 @@ mod chart;
 mod data;
 pub(crate) mod index;
 mod page;
+mod rig;
 mod sections;
 mod tables;
 mod turntable;

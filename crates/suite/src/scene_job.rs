@@ -94,8 +94,10 @@ impl SceneJob {
             return Err(SuiteError::file(path, "there is no such hair file"));
         }
         let spec = SceneSpec::from_hair_file(path, import, head);
-        let name = spec.name.clone();
-        SceneJob::from_toml(&name, Path::new(""), &spec.to_toml(), settings)
+        // Errors name the option: there is no scene file that a user could correct.
+        let shown = PathBuf::from(format!("--hair {}", path.display()));
+        strandbench_scenes::parse(&spec.to_toml(), &shown)?;
+        SceneJob::from_toml(&spec.name, Path::new(""), &spec.to_toml(), settings)
     }
 
     /// The scene as parsed.

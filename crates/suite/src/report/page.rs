@@ -2,7 +2,7 @@
 
 use super::chart::{Chart, Series, colour_of, cumulative, ticks};
 use super::data::Data;
-use super::{sections, tables, turntable, views};
+use super::{rig, sections, tables, turntable, views};
 use crate::pictures::{self, ABSENT, data_uri};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use strandbench_types::Plane;
@@ -35,7 +35,7 @@ pub(crate) fn page(data: &Data) -> String {
     let content = html! {
         (sections::header(data))
         (cameras(data))
-        (rig(data))
+        (rig_section(data))
         (orientation(data))
         (depth(data))
         (error(data))
@@ -80,8 +80,8 @@ fn cameras(data: &Data) -> Markup {
     }
 }
 
-fn rig(data: &Data) -> Markup {
-    let [top, side] = views::rig_drawings(data);
+fn rig_section(data: &Data) -> Markup {
+    let [top, side] = rig::rig_drawings(data);
     html! {
         h2 { "The rig" }
         div.two {

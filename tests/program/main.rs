@@ -1,0 +1,10 @@
+//! The program as its users meet it: arguments in, folders, text and exit codes out.
+
+mod bad_input;
+mod fakes;
+mod hair_file;
+mod job;
+mod layering;
+mod stop;
+mod support;
+mod tables;

@@ -207,3 +207,25 @@ fn ceiling(truth: &Truth) -> Subject {
     }
     s
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn image_of_a_line_is_the_derivative_of_the_projection(
+            u in 0.0..64.0f64, v in 0.0..48.0f64, z in 300.0..900.0f64,
+            x in -1.0..1.0f64, y in -1.0..1.0f64, w in -1.0..1.0f64,
+        ) {
+            let mut camera = Camera::look_at("c", (64, 48), 90.0, DVec3::ZERO, DVec3::Z, DVec3::Y);
+            camera.focal_px.y = 120.0;
+            let (p, d) = (camera.unproject(DVec2::new(u, v), z), DVec3::new(x, y, w));
+            let step = camera.project(p + d * 1e-3).unwrap().0 - camera.project(p - d * 1e-3).unwrap().0;
+            prop_assume!(step.length() > 1e-5);
+            let off = (image_line(&camera, DVec2::new(u, v), d) - step.y.atan2(step.x)).rem_euclid(PI);
+            prop_assert!(off.min(PI - off) < 1e-5, "{off}");
+        }
+    }
+}

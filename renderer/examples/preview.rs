@@ -1,10 +1,12 @@
 //! Renders one view of a scene to a colour PNG, to look at.
 //!
-//! `preview SCENE out.png [--camera N] [--scale S] [--samples N] [--azimuth DEG] [--seed N] [--exposure F]`
+//! `preview SCENE out.png [--camera N] [--scale S] [--samples N] [--max N]
+//! [--azimuth DEG] [--seed N] [--exposure F]`
 //!
 //! SCENE is a name of the catalogue, a `.toml` file, or `demo`, a hand-made tuft. `--exposure` brightens the
-//! picture; 1 shows the sensor's full scale as white. `--scale` multiplies image size and focal length;
-//! `--azimuth` turns the camera about the vertical axis through the scene's middle.
+//! picture; 1 shows the sensor's full scale as white. `--max` lets noisy pixels take up to that many samples.
+//! `--scale` multiplies image size and focal length; `--azimuth` turns the camera about the vertical axis through
+//! the scene's middle.
 
 #[path = "preview/demo.rs"]
 mod demo;
@@ -22,6 +24,7 @@ struct Options {
     camera: usize,
     scale: f64,
     samples: u32,
+    max: u32,
     azimuth_deg: f64,
     seed: u64,
     exposure: f32,
@@ -34,6 +37,7 @@ fn options() -> Result<Options, String> {
         camera: 0,
         scale: 1.0,
         samples: 16,
+        max: 0,
         azimuth_deg: 0.0,
         seed: 1,
         exposure: 1.0,
@@ -51,6 +55,7 @@ fn options() -> Result<Options, String> {
             "camera" => o.camera = value.parse().map_err(|e| bad(&e))?,
             "scale" => o.scale = value.parse().map_err(|e| bad(&e))?,
             "samples" => o.samples = value.parse().map_err(|e| bad(&e))?,
+            "max" => o.max = value.parse().map_err(|e| bad(&e))?,
             "azimuth" => o.azimuth_deg = value.parse().map_err(|e| bad(&e))?,
             "seed" => o.seed = value.parse().map_err(|e| bad(&e))?,
             "exposure" => o.exposure = value.parse().map_err(|e| bad(&e))?,
@@ -111,6 +116,7 @@ fn run() -> Result<(), String> {
     let o = options()?;
     let clock = std::time::Instant::now();
     let mut scene = load(&o.scene, o.seed)?;
+    scene.sensor.full_scale_radiance /= o.exposure;
     let cameras = scene.rig.cameras.len();
     let camera = scene.rig.cameras.get(o.camera).ok_or(format!("the rig has {cameras} cameras"))?;
     let n = scene.strands.points.len().max(1);
@@ -120,18 +126,22 @@ fn run() -> Result<(), String> {
     let clock = std::time::Instant::now();
     let prepared = RenderScene::new(&scene).map_err(|e| e.to_string())?;
     eprintln!("build: {:.2} s", clock.elapsed().as_secs_f64());
-    let settings =
-        Settings { samples_per_pixel: o.samples, max_samples_per_pixel: o.samples, noise_target: 0.0 };
+    let settings = Settings {
+        samples_per_pixel: o.samples,
+        max_samples_per_pixel: o.max.max(o.samples),
+        ..Settings::default()
+    };
     let view = prepared.render(o.camera, &settings, o.seed, &Silent).map_err(|e| e.to_string())?;
     let s = &view.stats;
     eprintln!(
-        "render: {:.2} s, {:.2} M camera rays, {:.2} M shadow rays",
+        "render: {:.2} s, {:.2} M camera rays, {:.2} M shadow rays, {:.1} % of pixels converged",
         s.wall_s,
         s.primary_rays as f64 / 1e6,
-        s.shadow_rays as f64 / 1e6
+        s.shadow_rays as f64 / 1e6,
+        s.converged * 100.0
     );
     let (w, h) = view.radiance_rgb.size();
-    let full = scene.sensor.full_scale_radiance / o.exposure;
+    let full = scene.sensor.full_scale_radiance;
     let bytes = view.radiance_rgb.data.iter().flat_map(|c| c.map(|v| to_srgb(v / full))).collect();
     let image = image::RgbImage::from_raw(w as u32, h as u32, bytes).ok_or("image size")?;
     image.save(&o.out).map_err(|e| format!("{}: {e}", o.out))

@@ -265,11 +265,11 @@ impl Accel {
         // SAFETY: `N` runs on this machine, as `wide` was asked before it was chosen.
         obvhs::traverse!(self.bvh, node, state, unsafe { N::children(node, &ray, state.oct_inv4) }, {
             let slot = state.primitive_id;
-            if let Some((t, uv)) = self.meet(slot, origin, direction) {
-                if t < ray.tmax || (t == ray.tmax && best.0 != u32::MAX && self.precedes(slot, best.0)) {
-                    ray.tmax = t;
-                    best = (slot, uv);
-                }
+            if let Some((t, uv)) = self.meet(slot, origin, direction)
+                && (t < ray.tmax || (t == ray.tmax && best.0 != u32::MAX && self.precedes(slot, best.0)))
+            {
+                ray.tmax = t;
+                best = (slot, uv);
             }
         });
         let (slot, uv) = best;

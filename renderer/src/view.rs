@@ -128,15 +128,15 @@ impl View<'_> {
                 let rgb = match self.scene.accel.closest(ray.origin, ray.direction) {
                     None => scene.background_rgb,
                     Some(hit) => {
-                        if n < first {
-                            if let Hit::Fibre { t, strand, point, along } = hit {
-                                tile.hits.push(SampleHit {
-                                    strand,
-                                    segment: point - scene.strands.offsets[strand as usize],
-                                    along,
-                                    depth_mm: ((ray.start + f64::from(t)) * ray.depth_per_t) as f32,
-                                });
-                            }
+                        if n < first
+                            && let Hit::Fibre { t, strand, point, along } = hit
+                        {
+                            tile.hits.push(SampleHit {
+                                strand,
+                                segment: point - scene.strands.offsets[strand as usize],
+                                along,
+                                depth_mm: ((ray.start + f64::from(t)) * ray.depth_per_t) as f32,
+                            });
                         }
                         let u = sampler.light(n);
                         self.scene.shade(&hit, ray.origin, ray.direction, u, blockers, &mut tile.shadow)

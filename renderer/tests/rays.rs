@@ -55,21 +55,21 @@ fn brute(strands: &StrandSet, mesh: &TriMesh, o: Vec3, d: Vec3) -> Option<Hit> {
         let r = strands.range(s);
         for i in r.start..r.end - 1 {
             let (p, w) = (&strands.points, &strands.radii_mm);
-            if let Some(h) = RoundCone::new(p[i], w[i], p[i + 1], w[i + 1]).intersect(o, d, 0.0) {
-                if h.t < t {
-                    t = h.t;
-                    best = Some(Hit::Fibre { t, strand: s as u32, point: i as u32, along: h.along });
-                }
+            if let Some(h) = RoundCone::new(p[i], w[i], p[i + 1], w[i + 1]).intersect(o, d, 0.0)
+                && h.t < t
+            {
+                t = h.t;
+                best = Some(Hit::Fibre { t, strand: s as u32, point: i as u32, along: h.along });
             }
         }
     }
     for (i, k) in mesh.triangles.iter().enumerate() {
         let [a, b, c] = k.map(|v| mesh.vertices[v as usize]);
-        if let Some(h) = (Triangle { a, ab: b - a, ac: c - a }).intersect(o, d, 0.0) {
-            if h.t < t {
-                t = h.t;
-                best = Some(Hit::Mesh { t, surface: 0, triangle: i as u32, uv: [h.u, h.v] });
-            }
+        if let Some(h) = (Triangle { a, ab: b - a, ac: c - a }).intersect(o, d, 0.0)
+            && h.t < t
+        {
+            t = h.t;
+            best = Some(Hit::Mesh { t, surface: 0, triangle: i as u32, uv: [h.u, h.v] });
         }
     }
     best

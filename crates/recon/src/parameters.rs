@@ -58,9 +58,11 @@ fn not_negative(v: f32) -> bool {
 }
 
 parameters! {
-    /// Levels of the orientation pyramid, the finest included. The paper gives no number.
-    levels: usize = 4, |v| (1..=8).contains(&v), "a whole number from 1 to 8";
-    /// Orientations of the filter bank over [0, π). The paper gives no number.
+    /// Levels of the orientation pyramid, the finest included. The paper gives no number; SWEEPS.md has the
+    /// figures behind this one and the other values that the paper leaves out.
+    levels: usize = 3, |v| (1..=8).contains(&v), "a whole number from 1 to 8";
+    /// Orientations of the filter bank over [0, π). The paper gives no number; on drawn lines 8, 16, 32 and 64
+    /// err by at most 1.90, 1.08, 0.95 and 0.96 degrees, so 32 is where more buys nothing.
     angles: usize = 32, |v| (4..=256).contains(&v), "a whole number from 4 to 256";
     /// σ of K_0, pixels of the level (4.3: 1).
     sigma_px: f32 = 1.0, |v| positive(v) && v <= 4.0, "a number above 0, up to 4, below sigma_wide_px";

@@ -71,3 +71,42 @@ pub(crate) fn halve(fine: &GridProblem<'_>) -> OwnedProblem {
     });
     OwnedProblem { width, height, labels, unary, weight_right, weight_down, active }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use strandbench_rng::Rng;
+
+    #[test]
+    fn a_labelling_constant_on_blocks_costs_the_same_but_for_half_the_smoothness() {
+        for (width, height, seed) in [(6, 4, 1), (5, 7, 2), (1, 3, 3), (7, 1, 4)] {
+            let (n, labels) = (width * height, 5);
+            let mut rng = Rng::keyed(&[seed]);
+            let unary: Vec<f32> = (0..n * labels).map(|_| rng.below(64) as f32).collect();
+            let weights: Vec<f32> = (0..2 * n).map(|_| rng.below(16) as f32).collect();
+            let active: Vec<bool> = (0..n).map(|_| rng.f32() < 0.8).collect();
+            let no_costs = vec![0.0; n * labels];
+            let fine = GridProblem {
+                width,
+                height,
+                labels,
+                unary: &unary,
+                weight_right: &weights[..n],
+                weight_down: &weights[n..],
+                active: &active,
+            };
+            let coarse = halve(&fine);
+            let block_labels: Vec<u16> = coarse.active.iter().map(|_| rng.below(5) as u16).collect();
+            let fine_labels: Vec<u16> =
+                (0..n).map(|p| block_labels[p / width / 2 * coarse.width + p % width / 2]).collect();
+            let smooth = |problem: GridProblem<'_>, labels: &[u16]| {
+                GridProblem { unary: &no_costs[..problem.unary.len()], ..problem }.energy(labels)
+            };
+            let fine_smooth = smooth(fine, &fine_labels);
+            let coarse_smooth = smooth(coarse.view(), &block_labels);
+            assert_eq!(2.0 * coarse_smooth, fine_smooth, "{width} x {height}");
+            let fine_costs = fine.energy(&fine_labels) - fine_smooth;
+            assert_eq!(coarse.view().energy(&block_labels) - coarse_smooth, fine_costs, "{width} x {height}");
+        }
+    }
+}

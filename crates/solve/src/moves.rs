@@ -211,3 +211,46 @@ impl<'a> Search<'a> {
         Ok((0..pixels.len()).map(|i| self.graph.on_source_side(i)).collect())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use strandbench_rng::Rng;
+
+    #[test]
+    fn a_move_that_needs_no_truncation_is_the_best_of_all_subsets() {
+        let (width, height, labels) = (4, 3, 5);
+        let n = width * height;
+        for seed in 0..30 {
+            let mut rng = Rng::keyed(&[seed, 5]);
+            let unary: Vec<f32> = (0..n * labels).map(|_| rng.below(200) as f32 / 4.0).collect();
+            let weights: Vec<f32> = (0..2 * n).map(|_| rng.below(9) as f32 / 4.0).collect();
+            let start: Vec<u16> = (0..n).map(|_| rng.below(labels as u64) as u16).collect();
+            let problem = GridProblem {
+                width,
+                height,
+                labels,
+                unary: &unary,
+                weight_right: &weights[..n],
+                weight_down: &weights[n..],
+                active: &vec![true; n],
+            };
+            // Expansions of the outermost labels, and a swap.
+            let moves: [&dyn Fn(u16) -> (u16, u16); 3] =
+                [&|l| (l, 0), &|l| (l, 4), &|l| if l == 1 || l == 3 { (1, 3) } else { (l, l) }];
+            for (kind, choice) in moves.iter().enumerate() {
+                let options = MoveOptions { cycles: 1, start: Some(start.clone()) };
+                let mut search = Search::new(&problem, &options, &|| false).expect("legal");
+                let pixels = search.pixels(|l| kind < 2 || l == 1 || l == 3);
+                search.try_move(&pixels, choice).expect("nobody cancels");
+                let of = |m: u32| -> Vec<u16> {
+                    let pick =
+                        |p: usize| if m >> p & 1 == 1 { choice(start[p]).1 } else { choice(start[p]).0 };
+                    (0..n).map(pick).collect()
+                };
+                let best = (0..1 << n).map(|m| problem.energy(&of(m))).fold(f64::INFINITY, f64::min);
+                assert_eq!(search.energy, best, "seed {seed}, move {kind}");
+            }
+        }
+    }
+}

@@ -15,6 +15,9 @@ pub(crate) struct QuadMesh {
     pub quads: Vec<[u32; 4]>,
 }
 
+/// Two vertices, the lower first.
+type Edge = (u32, u32);
+
 struct Reader<'a> {
     bytes: &'a [u8],
     at: usize,
@@ -81,8 +84,8 @@ impl QuadMesh {
         let face_point = |q: &[u32; 4]| q.iter().map(|&i| self.vertices[i as usize]).sum::<Vec3>() * 0.25;
         let face_ear = |q: &[u32; 4]| q.iter().map(|&i| self.ear[i as usize]).sum::<f32>() * 0.25;
         // Edges in order of first appearance, with the one or two faces they belong to.
-        let mut edge_of: HashMap<(u32, u32), usize> = HashMap::new();
-        let mut edges: Vec<((u32, u32), [Option<usize>; 2])> = Vec::new();
+        let mut edge_of: HashMap<Edge, usize> = HashMap::new();
+        let mut edges: Vec<(Edge, [Option<usize>; 2])> = Vec::new();
         let mut face_edges: Vec<[usize; 4]> = Vec::with_capacity(self.quads.len());
         for (f, q) in self.quads.iter().enumerate() {
             face_edges.push(std::array::from_fn(|k| {

@@ -199,7 +199,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn octahedron() -> (Vec<Vec3>, Vec<[u32; 3]>) {
-        let v = vec![Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z];
+        let v = [Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z];
         let t = vec![[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
         (v.iter().map(|p| *p * 10.0).collect(), t)
     }

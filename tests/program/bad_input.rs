@@ -89,7 +89,7 @@ fn a_frame_with_an_empty_mask_or_of_another_size_or_incomplete_is_refused() {
             std::fs::write(frame.join(name), bytes).unwrap();
         }
     };
-    let mut check = |what: &dyn Fn(), wanted: &[&str]| {
+    let check = |what: &dyn Fn(), wanted: &[&str]| {
         what();
         let error = fails(&dir, &args);
         for word in wanted {

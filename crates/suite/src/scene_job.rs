@@ -32,7 +32,7 @@ impl SceneJob {
             return SceneJob::from_toml(entry.name, Path::new(""), entry.toml, settings);
         }
         let path = Path::new(scene);
-        if !path.extension().is_some_and(|e| e == "toml") {
+        if path.extension().is_none_or(|e| e != "toml") {
             let names: Vec<&str> = strandbench_scenes::catalog().iter().map(|e| e.name).collect();
             let problem = format!("not in the catalogue ({}), and not a .toml file", names.join(", "));
             return Err(SuiteError::Scene { scene: scene.to_owned(), problem });

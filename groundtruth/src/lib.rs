@@ -42,7 +42,7 @@ pub enum GroundTruthError {
     },
 }
 
-/// Truth of one frame from the strands and each camera's identity buffer (indexed [camera]).
+/// Truth of one frame from the strands and each camera's identity buffer (indexed `[camera]`).
 ///
 /// With n rays through a pixel, the depth at which coverage reaches a share q is an order statistic: the
 /// ceil(q n)-th smallest depth among the hits, or nothing if there are fewer hits. No interpolation takes

@@ -127,7 +127,7 @@ pub struct Scene {
     pub name: String,
     /// Fibres, mm, world, root first.
     pub strands: StrandSet,
-    /// Pigment, indexed [strand].
+    /// Pigment, indexed `[strand]`.
     pub pigments: Vec<Pigment>,
     /// Optics that all fibres share.
     pub optics: FibreOptics,

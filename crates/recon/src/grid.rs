@@ -85,7 +85,7 @@ impl Volume {
         Volume { labels, data: vec![0.0; grid.pixels() * labels] }
     }
 
-    /// Costs of one pixel, indexed [label].
+    /// Costs of one pixel, indexed `[label]`.
     #[inline]
     pub fn costs(&self, pixel: usize) -> &[f32] {
         &self.data[pixel * self.labels..(pixel + 1) * self.labels]

@@ -25,7 +25,7 @@ pub struct FilterBank {
 #[derive(Clone, Debug)]
 pub struct Scratch {
     sums: Vec<f32>,
-    /// Response at each angle, indexed [angle]; longer than there are angles.
+    /// Response at each angle, indexed `[angle]`; longer than there are angles.
     pub responses: Vec<f32>,
 }
 

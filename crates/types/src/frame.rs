@@ -7,9 +7,9 @@ use crate::{Plane, Rig};
 pub struct Frame {
     /// Time index.
     pub index: u32,
-    /// Linear-light monochrome images, 1.0 at full scale, indexed [camera][pixel].
+    /// Linear-light monochrome images, 1.0 at full scale, indexed `[camera][pixel]`.
     pub images: Vec<Plane<f32>>,
-    /// Keyed hair masks (true = hair), indexed [camera][pixel]: what Luo et al. 4.2 get from rotoscoping.
+    /// Keyed hair masks (true = hair), indexed `[camera][pixel]`: what Luo et al. 4.2 get from rotoscoping.
     pub masks: Vec<Plane<bool>>,
 }
 

@@ -85,7 +85,7 @@ impl Visibility {
 pub struct Truth {
     /// The rig as it really is; calibration given to a method may differ.
     pub rig: Rig,
-    /// Truth of each view, indexed [camera].
+    /// Truth of each view, indexed `[camera]`.
     pub views: Vec<ViewTruth>,
     /// Every fibre.
     pub strands: StrandSet,

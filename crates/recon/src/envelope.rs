@@ -147,6 +147,50 @@ mod tests {
         assert!(lone.mesh.vertices.is_empty());
     }
 
+    /// A mesh of one square of pixels with corner depths (top left, top right, bottom right, bottom left), and
+    /// its triangles as pixels.
+    fn square(z: [Option<f32>; 4]) -> (Envelope, Vec<[(usize, usize); 3]>) {
+        let at = [(7, 9), (8, 9), (8, 10), (7, 10)];
+        let d = depths(|x, y| at.iter().position(|p| *p == (x, y)).and_then(|k| z[k]));
+        let e = triangulate(&camera(), &d, 10.0);
+        let pixel = |v: u32| at.into_iter().find(|&(x, y)| *e.vertex.at(x, y) == v).unwrap();
+        let triangles = e.mesh.triangles.iter().map(|t| t.map(pixel)).collect();
+        (e, triangles)
+    }
+
+    #[test]
+    fn vertices_lie_on_the_rays_of_pixel_centres_at_their_depths() {
+        let (e, _) = square([Some(480.0), Some(483.0), Some(481.5), Some(479.0)]);
+        for ((x, y), z) in [((7, 9), 480.0), ((8, 9), 483.0), ((8, 10), 481.5), ((7, 10), 479.0)] {
+            let p = e.mesh.vertices[*e.vertex.at(x, y) as usize].as_dvec3();
+            let (pixel, depth) = camera().project(p).unwrap();
+            assert!(pixel.distance(DVec2::new(x as f64 + 0.5, y as f64 + 0.5)) < 1e-4, "{pixel}");
+            assert!((depth - z).abs() < 1e-3, "{depth} for {z}");
+        }
+    }
+
+    #[test]
+    fn squares_are_split_along_the_smaller_step() {
+        let (falling, rising) = ([(7, 9), (8, 10)], [(8, 9), (7, 10)]);
+        // One corner stands out: the diagonal beside it is level, and both triangles share it.
+        for (corner, shared) in [(0, rising), (1, falling), (2, rising), (3, falling)] {
+            let mut z = [Some(480.0); 4];
+            z[corner] = Some(484.0);
+            let (_, triangles) = square(z);
+            assert_eq!(triangles.len(), 2);
+            for t in triangles {
+                assert!(shared.iter().all(|p| t.contains(p)), "corner {corner}: {t:?} lacks {shared:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_diagonal_may_step_by_the_root_of_two_times_the_cut() {
+        // Steps of 6 and 7 along the sides; 13 and 15 along the diagonal, which is allowed 14.1.
+        let count = |z2: f32| square([Some(484.0), Some(490.0), Some(z2), None]).1.len();
+        assert_eq!((count(497.0), count(499.0)), (1, 0));
+    }
+
     #[test]
     fn lines_on_a_tilted_plane_are_found_in_space() {
         let c = camera();

@@ -130,3 +130,33 @@ fn gamma_and_unit_scale_the_strength_alone() {
         }
     }
 }
+
+#[test]
+fn the_answer_to_a_point_is_the_filter() {
+    let (n, s, t) = (33usize, 1.2f64, 2.3f64);
+    let bank = FilterBank::new(12, s as f32, t as f32);
+    let r = bank.radius() as isize;
+    assert_eq!(r, 7, "three of the wider sigma, rounded up");
+    let gauss = |v: f64, s: f64| (-v * v / (2.0 * s * s)).exp() / (s * (2.0 * std::f64::consts::PI).sqrt());
+    let mut image = vec![0.0f32; n * n];
+    image[16 * n + 16] = 1.0;
+    let mut scratch = bank.scratch();
+    for a in 0..12 {
+        let (sin, cos) = (std::f64::consts::PI * a as f64 / 12.0).sin_cos();
+        let kernel = |x: isize, y: isize| {
+            let (x, y) = (x as f64, y as f64);
+            let (across, along) = (y * cos - x * sin, x * cos + y * sin);
+            (gauss(across, s) - gauss(across, t)) * gauss(along, t)
+        };
+        let blob = |x: isize, y: isize| gauss(x as f64, t) * gauss(y as f64, t);
+        let all: Vec<(isize, isize)> = (-r..=r).flat_map(|y| (-r..=r).map(move |x| (x, y))).collect();
+        let sum = |f: &dyn Fn(isize, isize) -> f64| all.iter().map(|&(x, y)| f(x, y)).sum::<f64>();
+        let excess = sum(&kernel) / sum(&blob);
+        for &(x, y) in &all {
+            bank.responses(&image, n, (16 - x) as usize, (16 - y) as usize, &mut scratch);
+            let (got, want) = (f64::from(scratch.responses[a]), kernel(x, y) - excess * blob(x, y));
+            assert!((got - want).abs() < 1e-6, "angle {a}, tap ({x}, {y}): {got} for {want}");
+        }
+        assert!((excess * blob(0, 0)).abs() < 0.01 * kernel(0, 0), "what is taken away is small: {excess}");
+    }
+}

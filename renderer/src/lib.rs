@@ -61,7 +61,7 @@ impl Settings {
         let fail = |what: String| Err(RenderError::Scene(format!("render settings: {what}")));
         if first == 0 || most > u32::from(u16::MAX) || first > most {
             return fail(format!(
-                "samples_per_pixel {first} and max_samples_per_pixel {most} must satisfy 1 <= first <= most <= 65535"
+                "samples_per_pixel is {first} and max_samples_per_pixel {most}: the first must be at least 1, the second no smaller and at most 65535"
             ));
         }
         if !(self.noise_target >= 0.0 && self.noise_target.is_finite()) {

@@ -21,6 +21,9 @@ pub enum SuiteError {
         /// What is wrong and what to do.
         problem: String,
     },
+    /// There is no such variant; the text lists those there are.
+    #[error("{0}")]
+    Variant(String),
     /// The renderer refused the scene.
     #[error("rendering scene {scene}: {problem}")]
     Render {

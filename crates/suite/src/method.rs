@@ -19,10 +19,7 @@ impl Method {
     /// # Errors
     /// If there is no such row or no such parameter, or a value does not fit.
     pub fn find(name: &str, settings: &[Setting]) -> Result<Method, SuiteError> {
-        let mut variant = Variant::named(name).map_err(|e| SuiteError::Setting {
-            setting: format!("variant={name}"),
-            problem: e.to_string(),
-        })?;
+        let mut variant = Variant::named(name).map_err(|e| SuiteError::Variant(e.to_string()))?;
         let mut changes = Vec::new();
         for setting in settings.iter().filter(|s| s.part == Part::Recon) {
             variant = variant.with(&setting.key, &setting.value).map_err(|e| setting.fault(e))?;

@@ -1,11 +1,12 @@
 //! The image cost that section 6 compares with: negative normalised cross-correlation of windows.
 
+use crate::cost::{balance, count_inside};
 use crate::depth::{DepthLabels, Epipolar};
 use crate::grid::{Grid, Volume};
 use crate::pyramid::PyramidLevel;
 use crate::{ReconError, simd};
 use rayon::prelude::*;
-use strandbench_types::Monitor;
+use strandbench_types::{Monitor, Silent};
 
 /// One level of a view's image, with a border of nothing: (intensity, hair) per pixel.
 #[derive(Clone, Debug)]
@@ -90,9 +91,11 @@ simd::simd_fn! {
 const FLAT: f32 = 1e-8;
 
 simd::simd_fn! {
-    /// Adds -NCC to the costs, or `absent` where less than half of the window is hair in the view.
-    fn finish(s: &Sums, wanted: f32, absent: f32, costs: &mut [f32]) {
+    /// Adds -NCC to the costs, or `absent` where less than half of the window is hair in the view, for labels
+    /// whose point the view has in its image (`inside` above 0).
+    fn finish(s: &Sums, wanted: f32, absent: f32, inside: &[f32], costs: &mut [f32]) {
         let k = costs.len();
+        let inside = &inside[..k];
         let (n, a, b) = (&s.n[..k], &s.a[..k], &s.b[..k]);
         let (aa, bb, ab) = (&s.aa[..k], &s.bb[..k], &s.ab[..k]);
         for l in 0..k {
@@ -101,13 +104,15 @@ simd::simd_fn! {
             let (va, vb) = (aa[l] * r - ma * ma, bb[l] * r - mb * mb);
             let cov = ab[l] * r - ma * mb;
             let ncc = if va > FLAT && vb > FLAT { cov / (va * vb).sqrt() } else { 0.0 };
-            costs[l] += if 2.0 * n[l] < wanted { absent } else { -ncc.clamp(-1.0, 1.0) };
+            let cost = if 2.0 * n[l] < wanted { absent } else { -ncc.clamp(-1.0, 1.0) };
+            costs[l] += if inside[l] > 0.0 { cost } else { 0.0 };
         }
     }
 }
 
 /// The sum over views of -NCC at one level, in [-1, 1] each; windows face the reference camera: all of a
-/// window's pixels are projected at its centre's depth label.
+/// window's pixels are projected at its centre's depth label. Views whose image does not reach the centre's
+/// point are left out as in [`crate::cost::orientation_volume`].
 ///
 /// # Errors
 /// If cancelled.
@@ -149,6 +154,7 @@ pub fn ncc_volume(
                 }
             }
             let zeros = || vec![0.0f32; labels];
+            let mut inside = zeros();
             let mut sums = Sums { n: zeros(), a: zeros(), b: zeros(), aa: zeros(), bb: zeros(), ab: zeros() };
             for i in (0..rows * w).filter(|i| grid.active[first * w + i]) {
                 let (x, y) = (i % w, first + i / w);
@@ -166,11 +172,23 @@ pub fn ncc_volume(
                         }
                     }
                 }
-                finish(&sums, wanted, absent, &mut costs[i * labels..(i + 1) * labels]);
+                epipolar.project(grid.centre_px(x, y), scale, &inverse, &mut us, &mut vs);
+                inside.fill(0.0);
+                count_inside(sampler.width as f32, sampler.height as f32, &us, &vs, &mut inside);
+                finish(&sums, wanted, absent, &inside, &mut costs[i * labels..(i + 1) * labels]);
             }
             monitor.advance(rows as u64);
             Ok::<(), ReconError>(())
         })?;
     }
+    let state = || (vec![0.0f32; labels], vec![0.0f32; labels], vec![0.0f32; labels]);
+    volume.fill(grid, &Silent, state, |(us, vs, seen), x, y, costs| {
+        seen.fill(0.0);
+        for (epipolar, sampler) in views {
+            epipolar.project(grid.centre_px(x, y), scale, &inverse, us, vs);
+            count_inside(sampler.width as f32, sampler.height as f32, us, vs, seen);
+        }
+        balance(views.len() as f32, absent, seen, costs);
+    })?;
     Ok(volume)
 }

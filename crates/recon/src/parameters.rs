@@ -76,8 +76,9 @@ parameters! {
     unit_quantile: f32 = 0.95, |v| positive(v) && v <= 1.0, "a number above 0, up to 1";
     /// Depth labels, uniform in inverse depth from near to far. The paper gives no number.
     labels: usize = 192, |v| (3..=2048).contains(&v), "a whole number from 3 to 2048";
-    /// Cost of a view that cannot have seen the point (outside its image or hair mask), in units of c
-    /// (Eq. 6), at every level. Zero is an O' of zero; a match is always below zero. The paper is silent.
+    /// Cost of a view whose hair mask excludes the point, in units of c (Eq. 6), at every level. Zero is an O'
+    /// of zero; a match is always below zero. A view whose image does not reach the point has no say. The
+    /// paper is silent.
     absent_cost: f32 = 0.25, not_negative, "a number of at least 0";
     /// Whether costs are aggregated (Eq. 8).
     aggregate: bool = true, |_| true, "true or false";

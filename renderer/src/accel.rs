@@ -1,19 +1,17 @@
 //! The acceleration structure over fibre segments and triangles: obvhs' compressed wide BVH.
 
 use crate::RenderError;
+use crate::build::build;
 use crate::cone::{RoundCone, Triangle};
 #[cfg(target_arch = "x86_64")]
 use crate::node::Avx2;
 use crate::node::{NodeTest, Portable, has_avx2};
 use glam::{UVec2, Vec3, Vec3A};
-use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::cwbvh::CwBvh;
-use obvhs::cwbvh::builder::build_cwbvh;
 use obvhs::ray::Ray;
 use rayon::prelude::*;
 use std::hash::{DefaultHasher, Hash, Hasher};
-use std::time::Duration;
 use strandbench_types::{StrandSet, TriMesh};
 
 /// What a ray met first.
@@ -111,6 +109,11 @@ fn distinct<K: Hash + Eq>(n: usize, key: impl Fn(usize) -> K + Sync) -> Vec<u32>
     (0..n as u32).filter(|&i| keep[i as usize]).collect()
 }
 
+fn segment(strands: &StrandSet, i: usize) -> RoundCone {
+    let (p, r) = (&strands.points, &strands.radii_mm);
+    RoundCone::new(p[i], r[i], p[i + 1], r[i + 1])
+}
+
 /// Levels that obvhs' traversal stack holds.
 const MAX_DEPTH: usize = 31;
 
@@ -140,8 +143,7 @@ impl Accel {
         for strand in 0..strands.len() {
             let range = strands.range(strand);
             for i in range.start..range.end.saturating_sub(1) {
-                let (p, r) = (&strands.points, &strands.radii_mm);
-                cones.push(RoundCone::new(p[i], r[i], p[i + 1], r[i + 1]));
+                cones.push(segment(strands, i));
                 cone_names.push(Name { owner: strand as u32, item: i as u32 });
             }
         }
@@ -190,9 +192,9 @@ impl Accel {
                 Aabb::new(Vec3A::from(lo - pad), Vec3A::from(hi + pad))
             })
             .collect();
-        let params = BvhBuildParams { max_prims_per_leaf: 3, ..BvhBuildParams::medium_build() };
-        let mut bvh = build_cwbvh(&boxes, params, &mut Duration::default());
-        drop(boxes);
+        // Made again below: what is not needed meanwhile would add to the peak of memory.
+        drop(cones);
+        let mut bvh = build(boxes);
         let depth = depth(&bvh);
         if depth > MAX_DEPTH {
             return Err(RenderError::Scene(format!(
@@ -203,13 +205,12 @@ impl Accel {
         let order = std::mem::take(&mut bvh.primitive_indices);
         let slots = order.iter().map(|&k| kept[k as usize] as usize);
         let sorted = slots.clone().map(|i| match i.checked_sub(n) {
-            None => cones[i],
+            None => segment(strands, cone_names[i].item as usize),
             Some(t) => {
                 RoundCone { radius: -1.0, half_delta: f32::from_bits(t as u32), ..RoundCone::default() }
             }
         });
         let sorted: Vec<RoundCone> = sorted.collect();
-        drop(cones);
         let names =
             slots.map(|i| i.checked_sub(n).map_or_else(|| cone_names[i], |t| triangle_names[t])).collect();
         Ok(Accel {

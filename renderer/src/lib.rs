@@ -5,6 +5,7 @@
 //! light hair comes out darker than in nature.
 
 pub mod accel;
+mod build;
 pub mod cone;
 mod footprint;
 mod identity;
@@ -19,7 +20,7 @@ mod skin;
 mod view;
 
 pub use identity::IdentityPlanes;
-pub use light::{LightSample, Lights};
+pub use light::{Choice, LightSample, Lights};
 pub use scene::{RenderScene, fibre_tangent};
 pub use sensor::{expose, gain};
 pub use skin::scatter as scatter_skin;
@@ -45,13 +46,19 @@ pub struct Settings {
     pub samples_per_pixel: u32,
     /// Upper limit of rays through a pixel.
     pub max_samples_per_pixel: u32,
-    /// Standard error of a pixel's radiance, relative to the sensor's full scale, at which it is converged.
+    /// Standard error of a pixel's radiance, relative to the sensor's full scale, at which it is converged: as
+    /// estimated by taking the samples for independent, which overstates it by about a quarter.
+    ///
+    /// On straight blonde hair (mean signal 0.28) the actual error of hair pixels is 0.055 with 16 rays and 0.037
+    /// with 32. The default sensor's own noise there is 0.004: a render to below half of that would take some
+    /// ten thousand rays a pixel, so render noise dominates, and the default is what the time of the main job
+    /// allows. The example `noise` prints both.
     pub noise_target: f32,
 }
 
 impl Default for Settings {
     fn default() -> Settings {
-        Settings { samples_per_pixel: 32, max_samples_per_pixel: 128, noise_target: 0.01 }
+        Settings { samples_per_pixel: 32, max_samples_per_pixel: 64, noise_target: 0.04 }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::RenderError;
 use crate::accel::{Accel, Hit, LastBlockers, Skip};
-use crate::light::Lights;
+use crate::light::{Choice, Lights};
 use crate::marschner::{Angles, Fibre, Roots};
 use crate::skin;
 use glam::Vec3;
@@ -14,7 +14,9 @@ pub struct RenderScene<'a> {
     pub(crate) scene: &'a Scene,
     pub(crate) accel: Accel,
     fibre: Fibre,
-    lights: Lights,
+    pub(crate) lights: Lights,
+    /// Radiance below which light is sampled more rarely.
+    dim: f32,
     /// Absorption per fibre radius, indexed [strand].
     absorption: Vec<[f32; 3]>,
     /// Vertex normals, indexed [surface][vertex].
@@ -64,6 +66,7 @@ impl<'a> RenderScene<'a> {
             accel: Accel::new(&scene.strands, &meshes)?,
             fibre: Fibre::new(&scene.optics, Roots::Exact).map_err(&fail)?,
             lights: Lights::new(&scene.lights).map_err(&fail)?,
+            dim: DIM * s.full_scale_radiance,
             absorption,
             normals: meshes.iter().map(|m| m.vertex_normals()).collect(),
         })
@@ -81,43 +84,38 @@ impl<'a> RenderScene<'a> {
         origin: Vec3,
         direction: Vec3,
         u: [f32; 3],
-        blockers: &mut LastBlockers,
+        blockers: &mut [LastBlockers],
         shadow_rays: &mut u64,
     ) -> [f32; 3] {
         match *hit {
             Hit::Fibre { t, strand, point, along } => {
                 let p = origin + direction * t;
-                let Some(light) = self.lights.sample(u, p) else { return [0.0; 3] };
                 let tangent = fibre_tangent(&self.scene.strands, strand, point, along);
                 let to_camera = -direction;
-                let sin_i = light.direction.dot(tangent);
                 let sin_r = to_camera.dot(tangent);
-                let cos_i = (1.0 - sin_i * sin_i).max(0.0).sqrt();
                 let cos_r = (1.0 - sin_r * sin_r).max(0.0).sqrt();
-                let across = cos_i * cos_r;
-                let cos_phi = if across > 1e-6 {
-                    ((light.direction.dot(to_camera) - sin_i * sin_r) / across).clamp(-1.0, 1.0)
-                } else {
-                    1.0
+                let absorption = self.absorption[strand as usize];
+                let reflect = |to_light: Vec3| {
+                    let sin_i = to_light.dot(tangent);
+                    let cos_i = (1.0 - sin_i * sin_i).max(0.0).sqrt();
+                    let across = cos_i * cos_r;
+                    let cos_phi = if across > 1e-6 {
+                        ((to_light.dot(to_camera) - sin_i * sin_r) / across).clamp(-1.0, 1.0)
+                    } else {
+                        1.0
+                    };
+                    let cos_2phi_h = if self.scene.optics.eccentricity == 1.0 {
+                        0.0
+                    } else {
+                        cos_2phi_h(tangent, strand, to_light, to_camera)
+                    };
+                    let angles = Angles { sin_i, sin_r, cos_phi, cos_2phi_h };
+                    self.fibre.scatter(&angles, absorption).map(|s| s * cos_i)
                 };
-                let cos_2phi_h = if self.scene.optics.eccentricity == 1.0 {
-                    0.0
-                } else {
-                    cos_2phi_h(tangent, strand, light.direction, to_camera)
-                };
-                let angles = Angles { sin_i, sin_r, cos_phi, cos_2phi_h };
-                let s = self.fibre.scatter(&angles, self.absorption[strand as usize]);
-                let out: [f32; 3] = std::array::from_fn(|c| s[c] * cos_i * light.weight_rgb[c]);
-                if out == [0.0; 3] {
-                    return out;
-                }
-                *shadow_rays += 1;
                 let radius = self.scene.strands.radii_mm[point as usize];
                 let skip = Skip { strand, point, near_mm: 4.0 * radius };
-                if self.accel.occluded(p, light.direction, light.distance, Some(skip), blockers) {
-                    return [0.0; 3];
-                }
-                out
+                let choices = self.lights.choose(u, p, self.dim, reflect);
+                self.unshadowed(p, &choices, Some(skip), blockers, shadow_rays)
             }
             Hit::Mesh { t, surface, triangle, uv } => {
                 let s = &self.scene.surfaces[surface as usize];
@@ -131,23 +129,41 @@ impl<'a> RenderScene<'a> {
                 let face = face * side;
                 let normal = (smooth * side).try_normalize().unwrap_or(face);
                 let p = origin + direction * t;
-                let Some(light) = self.lights.sample(u, p) else { return [0.0; 3] };
-                let cos = normal.dot(light.direction);
-                if cos <= 0.0 || face.dot(light.direction) <= 0.0 {
-                    return [0.0; 3];
-                }
-                let f = skin::scatter(normal, light.direction, -direction, s.albedo_rgb);
-                *shadow_rays += 1;
-                let start = p + face * SURFACE_OFFSET_MM;
-                if self.accel.occluded(start, light.direction, light.distance, None, blockers) {
-                    return [0.0; 3];
-                }
-                std::array::from_fn(|c| f[c] * cos * light.weight_rgb[c])
+                let reflect = |to_light: Vec3| {
+                    let cos = normal.dot(to_light);
+                    if cos <= 0.0 || face.dot(to_light) <= 0.0 {
+                        return [0.0; 3];
+                    }
+                    skin::scatter(normal, to_light, -direction, s.albedo_rgb).map(|f| f * cos)
+                };
+                let choices = self.lights.choose(u, p, self.dim, reflect);
+                self.unshadowed(p + face * SURFACE_OFFSET_MM, &choices, None, blockers, shadow_rays)
             }
         }
     }
+
+    /// The light of those choices that nothing hides from `start`.
+    fn unshadowed(
+        &self,
+        start: Vec3,
+        choices: &[Option<Choice>],
+        skip: Option<Skip>,
+        blockers: &mut [LastBlockers],
+        shadow_rays: &mut u64,
+    ) -> [f32; 3] {
+        let mut rgb = [0.0; 3];
+        for c in choices.iter().flatten() {
+            *shadow_rays += 1;
+            if !self.accel.occluded(start, c.direction, c.distance, skip, &mut blockers[c.light]) {
+                rgb = std::array::from_fn(|k| rgb[k] + c.radiance_rgb[k]);
+            }
+        }
+        rgb
+    }
 }
 
+/// Unshadowed radiance, relative to the sensor's full scale, below which a point gets fewer shadow rays.
+const DIM: f32 = 0.1;
 /// Shadow rays leave meshes from this far outside, mm: a fifth of a fibre's radius.
 const SURFACE_OFFSET_MM: f32 = 0.008;
 

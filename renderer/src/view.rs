@@ -91,7 +91,7 @@ struct View<'a> {
 impl View<'_> {
     fn tile(&self, x0: usize, y0: usize) -> Tile {
         let mut tile = Tile::default();
-        let mut blockers = LastBlockers::default();
+        let mut blockers = vec![LastBlockers::default(); self.scene.lights.len()];
         for y in y0..(y0 + TILE).min(self.height) {
             for x in x0..(x0 + TILE).min(self.width) {
                 self.pixel(x, y, &mut tile, &mut blockers);
@@ -100,7 +100,7 @@ impl View<'_> {
         tile
     }
 
-    fn pixel(&self, x: usize, y: usize, tile: &mut Tile, blockers: &mut LastBlockers) {
+    fn pixel(&self, x: usize, y: usize, tile: &mut Tile, blockers: &mut [LastBlockers]) {
         let scene = self.scene.scene;
         if !self.footprint.covers(x, y) {
             tile.rgb.push(scene.background_rgb);
@@ -170,8 +170,8 @@ impl View<'_> {
 impl RenderScene<'_> {
     /// Renders the view of camera `camera` (index in the scene's true rig); same seed, same bits.
     ///
-    /// Each ray carries one shadow ray to a point drawn uniformly on a light that is drawn in proportion to
-    /// area times radiance: unbiased direct light. Lights themselves are invisible to the camera. Film and
+    /// Each ray that hits carries up to two shadow rays, to points drawn among one on each light in proportion to
+    /// what they would reflect if nothing hid them: unbiased direct light. Lights themselves are invisible to the camera. Film and
     /// light positions are stratified within the pixel. A pixel stops once its estimated standard error is
     /// below the target; that the estimate decides when to stop biases dim, rarely lit pixels slightly low.
     ///

@@ -249,3 +249,30 @@ fn empty_and_coincident_geometry_is_handled() {
     assert_eq!(hit, Hit::Fibre { t: 5.9, strand: 0, point: 0, along: 0.5 }, "the lowest of equals");
     assert_eq!(accel.closest(Vec3::ONE, Vec3::Z), None, "a ray from inside sees no entry");
 }
+
+#[test]
+fn nested_fibres_around_one_point_neither_overflow_the_stack_nor_lose_hits() {
+    // Each box holds all smaller ones: merging neighbours makes a chain as deep as there are fibres. Around one
+    // centre, and from one corner.
+    for (n, growth, centred) in [(60_000, 1.0f32, true), (60_000, 1.000_1, true), (1_500, 1.01, false)] {
+        let mut rng = Rng::keyed(&[6]);
+        let mut set = StrandSet::new();
+        let mut half = 1e-3f32;
+        for i in 0..n {
+            half = if growth == 1.0 { 1e-3 * (i + 1) as f32 } else { half * growth };
+            let d = direction(&mut rng) * half;
+            if centred { set.push(&[-d, d], 1e-3) } else { set.push(&[Vec3::ZERO, d.abs()], 1e-3) }
+        }
+        let accel = Accel::new(&set, &[]).unwrap();
+        let mut hits = 0;
+        for _ in 0..20 {
+            let o = direction(&mut rng) * (3.0 * half);
+            let target = set.points[rng.below(set.points.len() as u64) as usize] * 0.5;
+            let d = (target - o).normalize();
+            let want = brute(&set, &TriMesh::default(), o, d);
+            assert_eq!(accel.closest(o, d), want, "growth {growth}");
+            hits += usize::from(want.is_some());
+        }
+        assert!(hits > 5, "growth {growth}: {hits} hits");
+    }
+}

@@ -1,0 +1,116 @@
+//! Render noise against the sensor's own noise, and what it costs: `noise SCENE [CAMERA]`.
+//!
+//! Renders one view twice with each of several settings, by two seeds. In pixels that hair covers by half or
+//! more, the difference of the two gives the actual standard error, free of any assumption about the samples.
+//! Times are CPU seconds of the process (Linux; wall seconds elsewhere).
+
+use std::process::ExitCode;
+use std::time::Instant;
+use strandbench_renderer::{Render, RenderScene, Settings};
+use strandbench_scenes::{Sensor, build, catalog};
+use strandbench_types::Silent;
+
+/// User and system seconds of this process, in ticks of 10 ms.
+fn cpu_s() -> Option<f64> {
+    let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
+    let fields: Vec<&str> = stat.rsplit_once(')')?.1.split_whitespace().collect();
+    let ticks = fields.get(11)?.parse::<f64>().ok()? + fields.get(12)?.parse::<f64>().ok()?;
+    Some(ticks / 100.0)
+}
+
+/// Peak memory so far, where the system tells.
+fn peak() -> String {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find(|l| l.starts_with("VmHWM")).unwrap_or_default();
+    line.split_once(':').map_or(String::new(), |l| format!(", peak memory {}", l.1.trim()))
+}
+
+/// Variance of the sensor's noise at a signal, both relative to full scale.
+fn sensor_variance(s: &Sensor, signal: f64) -> f64 {
+    let well = f64::from(s.full_well_e);
+    let step = 1.0 / (2f64.powi(s.bits as i32) - 1.0);
+    signal / well + (f64::from(s.read_noise_e) / well).powi(2) + step * step / 12.0
+}
+
+struct Noise {
+    render: f64,
+    stated: f64,
+    sensor: f64,
+    signal: f64,
+}
+
+/// Root mean squares over hair pixels, relative to full scale.
+fn noise(a: &Render, b: &Render, s: &Sensor) -> Noise {
+    let full = f64::from(s.full_scale_radiance);
+    let mono = |c: &[f32; 3]| (0..3).map(|k| f64::from(c[k] * s.response_rgb[k])).sum::<f64>() / full;
+    let (mut n, mut sums) = (0.0, [0.0; 4]);
+    for i in 0..a.radiance_rgb.data.len() {
+        if 2 * a.hits.pixel(i).len() < usize::from(a.hits.rays[i]) {
+            continue;
+        }
+        let (x, y) = (mono(&a.radiance_rgb.data[i]), mono(&b.radiance_rgb.data[i]));
+        let signal = 0.5 * (x + y);
+        // Clipped pixels show no noise.
+        if signal > 1.0 {
+            continue;
+        }
+        n += 1.0;
+        sums[0] += 0.5 * (x - y).powi(2);
+        sums[1] += 0.5 * f64::from(a.variance.data[i] + b.variance.data[i]) / (full * full);
+        sums[2] += sensor_variance(s, signal);
+        sums[3] += signal;
+    }
+    let rms = |v: f64| (v / n).sqrt();
+    Noise { render: rms(sums[0]), stated: rms(sums[1]), sensor: rms(sums[2]), signal: sums[3] / n }
+}
+
+fn run() -> Result<(), String> {
+    let mut args = std::env::args().skip(1);
+    let name = args.next().ok_or("usage: noise SCENE [CAMERA]")?;
+    let camera = args.next().map_or(Ok(0), |a| a.parse()).map_err(|e| format!("camera: {e}"))?;
+    let entry = catalog().iter().find(|e| e.name == name).ok_or(format!("there is no scene {name}"))?;
+    let spec = entry.spec().map_err(|e| e.to_string())?;
+    let scene = build(&spec, 1, None).map_err(|e| e.to_string())?;
+    let start = Instant::now();
+    let now = || cpu_s().unwrap_or_else(|| start.elapsed().as_secs_f64());
+    print!("scene built{}; ", peak());
+    let t = now();
+    let prepared = RenderScene::new(&scene).map_err(|e| e.to_string())?;
+    println!("{} points, build {:.1} CPU s{}", scene.strands.points.len(), now() - t, peak());
+    println!(
+        "first  max  target | CPU s a view  M rays camera shadow  converged | render stated sensor (% of full) | render/sensor  mean signal"
+    );
+    for (first, most, target) in
+        [(16, 16, 0.0), (32, 32, 0.0), (32, 64, 0.04), (32, 64, 0.03), (32, 64, 0.02), (32, 128, 0.02)]
+    {
+        let settings =
+            Settings { samples_per_pixel: first, max_samples_per_pixel: most, noise_target: target };
+        let t = now();
+        let make = |seed| prepared.render(camera, &settings, seed, &Silent).map_err(|e| e.to_string());
+        let (a, b) = (make(1)?, make(2)?);
+        let cost = 0.5 * (now() - t);
+        let q = noise(&a, &b, &scene.sensor);
+        println!(
+            "{first:5} {most:4} {target:7.3} | {cost:12.1} {:13.1} {:6.1} {:9.3} | {:6.3} {:6.3} {:6.3} | {:.2}  {:.3}",
+            a.stats.primary_rays as f64 / 1e6,
+            a.stats.shadow_rays as f64 / 1e6,
+            a.stats.converged,
+            100.0 * q.render,
+            100.0 * q.stated,
+            100.0 * q.sensor,
+            q.render / q.sensor,
+            q.signal
+        );
+    }
+    Ok(())
+}
+
+fn main() -> ExitCode {
+    match run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(e) => {
+            eprintln!("noise: {e}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -20,6 +20,8 @@ const STAGES: &[(&str, &[&str])] = &[
             "crates/suite/src/identity.rs",
             "crates/suite/src/pictures.rs",
             "crates/suite/src/scene_job.rs",
+            "crates/suite/src/framing.rs",
+            "crates/suite/src/exposure.rs",
             "crates/suite/src/stage.rs",
         ],
     ),

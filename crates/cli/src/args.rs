@@ -137,7 +137,7 @@ pub struct ImportOptionArgs {
     /// Axis of the file that the face looks along
     #[arg(long, value_name = "AXIS", allow_hyphen_values = true)]
     pub forward: Option<String>,
-    /// Fibre radius, replaces the file's own
+    /// Fibre radius [default for run: 0.04 mm for a full head, the same volume of hair for fewer strands]
     #[arg(long, value_name = "MM")]
     pub radius_mm: Option<f32>,
     /// Longest segment after smooth resampling
@@ -158,6 +158,16 @@ pub struct RunArgs {
     /// Variant of the method (see `strandbench variants list`); may be repeated
     #[arg(long, default_value = "luo", value_name = "NAME")]
     pub variant: Vec<String>,
+    /// Longest that one scene with one variant may take; beyond it its row says "timed out"
+    #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
+    pub time_limit: Option<f64>,
+}
+
+fn parse_seconds(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(s) if s > 0.0 && f64::is_finite(s) => Ok(s),
+        _ => Err("expected a positive number of seconds".to_owned()),
+    }
 }
 
 #[derive(ClapArgs, Debug)]

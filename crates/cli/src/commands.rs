@@ -48,7 +48,8 @@ fn print_json(value: &serde_json::Value) -> Result<bool> {
 /// The scenes asked for; the default scene if none is named.
 fn scene_jobs(args: &SceneArgs) -> Result<Vec<SceneJob>> {
     if let Some(hair) = &args.hair {
-        let options = import_options(&args.import)?;
+        // Without --radius-mm the job chooses one by the number of strands, and says so.
+        let options = ImportOptions { radius_mm: args.import.radius_mm, ..import_options(&args.import)? };
         return Ok(vec![SceneJob::from_hair(hair, options, args.import.head.clone(), &args.settings)?]);
     }
     let i = &args.import;
@@ -110,14 +111,24 @@ fn cells(args: &SceneArgs, variants: &[String]) -> Result<Vec<Cell>> {
                 settings: settings.clone(),
                 suffix: suffix(args),
                 seed: args.seed,
+                time_limit_s: None,
             });
         }
     }
     Ok(cells)
 }
 
+/// What was decided for a hair file, each once.
+fn say_notes(cells: &[Cell], show: &Show) {
+    for note in cells.first().iter().flat_map(|c| &c.scene.notes) {
+        show.say(&format!("{:<12} {note}", "hair file"));
+    }
+}
+
 fn run_job(args: &RunArgs, show: &Show, json: bool) -> Result<bool> {
-    let cells = cells(&args.scene, &args.variant)?;
+    let mut cells = cells(&args.scene, &args.variant)?;
+    cells.iter_mut().for_each(|cell| cell.time_limit_s = args.time_limit);
+    say_notes(&cells, show);
     let _lock = Lock::take(&args.scene.out)?;
     let summary = strandbench_suite::run_all(&cells, &args.scene.out, show)?;
     if json {
@@ -137,6 +148,7 @@ fn render(args: &RenderArgs, show: &Show, json: bool) -> Result<bool> {
         bail!("--set {wrong}: rendering has no such setting; use scene.KEY or render.KEY");
     }
     let cells = cells(&args.scene, &["luo".to_owned()])?;
+    say_notes(&cells, show);
     let _lock = Lock::take(&args.scene.out)?;
     let mut done = Vec::new();
     for cell in &cells {
@@ -190,6 +202,9 @@ fn score(args: &ScoreArgs, show: &Show, json: bool) -> Result<bool> {
     // The variant folder is the one asked for, or its parent if its reconstruct folder was.
     let variant = |name: &str| match within {
         Some(levels) => beside(&args.folder, levels, name),
+        None if !args.folder.is_dir() => {
+            bail!("{}: there is no such folder; `strandbench reconstruct` makes one", args.folder.display())
+        }
         None => bail!("{} is a bare estimate; say --truth DIR and --out DIR", args.folder.display()),
     };
     let truth = match &args.truth {
@@ -217,6 +232,9 @@ fn score(args: &ScoreArgs, show: &Show, json: bool) -> Result<bool> {
 }
 
 fn report(args: &ReportArgs, show: &Show, json: bool) -> Result<bool> {
+    if !args.folder.is_dir() {
+        bail!("{}: there is no such folder; `strandbench score` makes one", args.folder.display());
+    }
     let render = match &args.render {
         Some(render) => render.clone(),
         None => beside(&args.folder, 1, "render")?,

@@ -33,12 +33,8 @@ pub fn summary(summary: &Summary) -> String {
 
 /// What became of a cell that failed.
 pub fn failure(row: &Row) -> Option<String> {
-    match &row.outcome {
-        Outcome::Ok => None,
-        Outcome::Failed { stage, message } => {
-            Some(format!("{} by {}, seed {}: {stage} failed: {message}", row.scene, row.variant, row.seed))
-        }
-    }
+    let trouble = row.outcome.trouble()?;
+    Some(format!("{} by {}, seed {}: {trouble}", row.scene, row.variant, row.seed))
 }
 
 fn key_scores(row: &Row) -> Vec<Score> {

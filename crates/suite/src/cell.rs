@@ -23,6 +23,8 @@ pub struct Cell {
     pub suffix: String,
     /// Seed of hair, sampling, sensor noise and nulls.
     pub seed: u64,
+    /// Longest that the cell may work, s; no limit without.
+    pub time_limit_s: Option<f64>,
 }
 
 impl Cell {
@@ -64,7 +66,7 @@ impl Places {
 }
 
 /// How a cell ended.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "outcome")]
 pub enum Outcome {
     /// Scored.
@@ -76,6 +78,29 @@ pub enum Outcome {
         /// Why.
         message: String,
     },
+    /// A cell took longer than it may; it counts as an empty answer.
+    TimedOut {
+        /// The stage at work when time was up.
+        stage: String,
+        /// What it may take, s.
+        limit_s: f64,
+    },
+    /// The run was stopped before the cell's turn or in its midst; it counts as an empty answer.
+    NotRun,
+}
+
+impl Outcome {
+    /// What became of it, in words; `None` if it was scored.
+    pub fn trouble(&self) -> Option<String> {
+        match self {
+            Outcome::Ok => None,
+            Outcome::Failed { stage, message } => Some(format!("failed in {stage}: {message}")),
+            Outcome::TimedOut { stage, limit_s } => {
+                Some(format!("timed out in {stage}: more than the {limit_s} s of --time-limit"))
+            }
+            Outcome::NotRun => Some("not run: stopped before it was done".to_owned()),
+        }
+    }
 }
 
 /// One line of a result table; a cell that failed is a line too.
@@ -120,12 +145,8 @@ impl Row {
         })
     }
 
-    /// Of a cell that failed.
-    pub(crate) fn failed(cell: &Cell, stage: &str, message: &str) -> Row {
-        Row::empty(cell, Outcome::Failed { stage: stage.to_owned(), message: message.to_owned() })
-    }
-
-    fn empty(cell: &Cell, outcome: Outcome) -> Row {
+    /// Of a cell without a score.
+    pub(crate) fn empty(cell: &Cell, outcome: Outcome) -> Row {
         Row {
             scene: cell.scene_label(),
             variant: cell.method.label.clone(),

@@ -12,7 +12,10 @@
 //! every file in it, what it cost, and with which program and machine it was made.
 
 mod cell;
+mod deadline;
 mod error;
+mod exposure;
+mod framing;
 pub mod hash;
 mod identity;
 mod import;
@@ -31,6 +34,7 @@ mod stage;
 
 pub use cell::{Cell, Outcome, Places, Row};
 pub use error::SuiteError;
+pub use exposure::{METERED_SHARE, Metered};
 pub use import::{Imported, import};
 pub use lock::{LOCK_FILE, Lock};
 pub use machine::{Cost, Meter, Provenance};
@@ -44,6 +48,7 @@ pub use settings::{Part, Setting, render_settings};
 pub use stage::{Done, Progress, RECORD_FILE, Record, read_record};
 pub use strandbench_score::Score;
 
+use deadline::Deadline;
 use std::path::Path;
 
 /// The main job, one frame from scene to score. The scene gives geometry and truth; the renderer makes a frame
@@ -52,8 +57,9 @@ use std::path::Path;
 /// says which stage failed and why.
 ///
 /// # Errors
-/// Only [`SuiteError::Cancelled`]; every other failure is a row.
+/// Only [`SuiteError::Cancelled`] when stopped from outside; every other failure is a row.
 pub fn run_cell(cell: &Cell, out: &Path, progress: &dyn Progress) -> Result<Row, SuiteError> {
+    let progress = &Deadline::new(progress, cell.time_limit_s);
     let places = cell.places(out);
     let stages = || -> Result<Vec<Done>, (&'static str, SuiteError)> {
         let rendered = render(&cell.scene, &cell.settings, cell.seed, &places.render, progress)
@@ -72,7 +78,12 @@ pub fn run_cell(cell: &Cell, out: &Path, progress: &dyn Progress) -> Result<Row,
     };
     match cell::catch(stages) {
         Ok(stages) => Row::finished(cell, &places, &stages),
-        Err((_, SuiteError::Cancelled)) => Err(SuiteError::Cancelled),
-        Err((stage, error)) => Ok(Row::failed(cell, stage, &error.to_string())),
+        Err((stage, SuiteError::Cancelled)) => match progress.passed() {
+            Some(limit_s) => Ok(Row::empty(cell, Outcome::TimedOut { stage: stage.to_owned(), limit_s })),
+            None => Err(SuiteError::Cancelled),
+        },
+        Err((stage, error)) => {
+            Ok(Row::empty(cell, Outcome::Failed { stage: stage.to_owned(), message: error.to_string() }))
+        }
     }
 }

@@ -86,6 +86,22 @@ pub(crate) fn signed_error(error_mm: &Plane<f32>, limit_mm: f32) -> Plane<[u8; 3
     })
 }
 
+/// Draws a frame, black in white, around a square block.
+pub(crate) fn frame_block(picture: &mut Plane<[u8; 3]>, (x, y): (usize, usize), size: usize) {
+    let (width, height) = picture.size();
+    for (out, colour) in [(1, [0; 3]), (2, [255; 3])] {
+        let (x0, y0) = (x.saturating_sub(out), y.saturating_sub(out));
+        let (x1, y1) = ((x + size + out).min(width), (y + size + out).min(height));
+        for v in y0..y1 {
+            for u in x0..x1 {
+                if u == x0 || v == y0 || u + 1 == x1 || v + 1 == y1 {
+                    *picture.at_mut(u, v) = colour;
+                }
+            }
+        }
+    }
+}
+
 /// An estimated orientation field over the pixels of `wanted`; full brightness at the strength that 95 % of
 /// them stay below.
 pub(crate) fn orientation(field: &OrientationField, wanted: &Plane<bool>) -> Plane<[u8; 3]> {
@@ -208,6 +224,17 @@ mod tests {
         map.set(0, 0, Some(900.0));
         let p = depth(&map, &Plane::filled(2, 1, true), (800.0, 1000.0));
         assert_eq!(p.data, [sequential(0.5), ABSENT]);
+    }
+
+    #[test]
+    fn a_frame_leaves_its_block_and_the_rest_alone() {
+        let mut p = Plane::filled(12, 10, [9; 3]);
+        frame_block(&mut p, (4, 3), 3);
+        let dark = p.data.iter().filter(|c| **c == [0; 3]).count();
+        let light = p.data.iter().filter(|c| **c == [255; 3]).count();
+        assert_eq!((dark, light), (16, 24), "5 x 5 and 7 x 7 pixels less their insides");
+        assert_eq!((p.at(4, 3), p.at(6, 5), p.at(3, 3), p.at(2, 1)), (&[9; 3], &[9; 3], &[0; 3], &[255; 3]));
+        frame_block(&mut p, (0, 0), 32);
     }
 
     #[test]

@@ -39,15 +39,27 @@ pub struct Pooled {
     pub within_10mm: f64,
 }
 
-/// Runs every cell, whatever becomes of the others, and writes `index.html` and `index.json` into `out`.
+/// Runs every cell, whatever becomes of the others, and writes `index.html` and `index.json` into `out`. Stopped
+/// after the first cell, it still writes them: what was not run is a row too.
 ///
 /// # Errors
 /// If the work is cancelled, or the index cannot be written.
 pub fn run_all(cells: &[Cell], out: &Path, progress: &dyn Progress) -> Result<Summary, SuiteError> {
     let mut rows = Vec::new();
     for cell in cells {
-        rows.push(run_cell(cell, out, progress)?);
+        match run_cell(cell, out, progress) {
+            Err(SuiteError::Cancelled) if !rows.is_empty() => {
+                rows.extend(cells[rows.len()..].iter().map(|cell| Row::empty(cell, Outcome::NotRun)));
+                summarise(rows, out)?;
+                return Err(SuiteError::Cancelled);
+            }
+            row => rows.push(row?),
+        }
     }
+    summarise(rows, out)
+}
+
+fn summarise(rows: Vec<Row>, out: &Path) -> Result<Summary, SuiteError> {
     let pooled = pool(&rows)?;
     let summary = Summary { rows, pooled, index: out.join("index.html") };
     write_whole(&summary.index, index::page(&summary, out).as_bytes())?;

@@ -1,5 +1,6 @@
 //! A scene's images as the cameras deliver them, and its truth.
 
+use crate::exposure::{self, Metered};
 use crate::reconstruct::flat;
 use crate::scene_job::SceneJob;
 use crate::stage::{self, Done, Progress, read_json, write_json};
@@ -43,7 +44,11 @@ pub struct RenderFile {
     pub lights: Vec<AreaLight>,
     /// Sensor and its faults.
     pub sensor: Sensor,
-    /// Work of each view, indexed [camera].
+    /// The light meter's reading, if the scene states no exposure.
+    pub metered: Option<Metered>,
+    /// What else the program decided because nobody said it.
+    pub notes: Vec<String>,
+    /// Work of each view, indexed `[camera]`.
     pub views: Vec<Stats>,
 }
 
@@ -74,16 +79,18 @@ pub fn render(
     inputs.insert("code".into(), env!("STRANDBENCH_CODE_RENDER").into());
     stage::run("render", out, inputs, progress, |dir| {
         progress.begin("growing hair", 1);
-        let scene = job.build(seed)?;
+        let mut scene = job.build(seed)?;
         progress.advance(1);
         progress.check()?;
-        render_scene(job, &scene, settings, seed, dir, progress)
+        let metered = exposure::meter(job, &mut scene, seed, progress)?;
+        render_scene(job, &scene, metered, settings, seed, dir, progress)
     })
 }
 
 fn render_scene(
     job: &SceneJob,
     scene: &Scene,
+    metered: Option<Metered>,
     settings: &Settings,
     seed: u64,
     dir: &Path,
@@ -123,6 +130,8 @@ fn render_scene(
         optics: scene.optics,
         lights: scene.lights.clone(),
         sensor: scene.sensor.clone(),
+        metered,
+        notes: job.notes.clone(),
         views,
     };
     write_json(&dir.join(RENDER_FILE), &file)

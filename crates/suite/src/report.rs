@@ -2,7 +2,9 @@
 
 mod chart;
 mod data;
+mod goals;
 pub(crate) mod index;
+mod lines;
 mod page;
 mod rig;
 mod sections;

@@ -1,7 +1,7 @@
 //! Which scene, from where, with which overrides.
 
 use crate::settings::{Part, Setting, label, put};
-use crate::{SuiteError, hash};
+use crate::{SuiteError, framing, hash};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use strandbench_io::ImportOptions;
@@ -18,6 +18,8 @@ pub struct SceneJob {
     pub toml: String,
     /// The file it came from; empty for a catalogue scene.
     pub path: PathBuf,
+    /// What was decided here because nobody said it, in words; it stands in `toml`.
+    pub notes: Vec<String>,
     spec: SceneSpec,
 }
 
@@ -37,7 +39,12 @@ impl SceneJob {
             let problem = format!("not in the catalogue ({}), and not a .toml file", names.join(", "));
             return Err(SuiteError::Scene { scene: scene.to_owned(), problem });
         }
-        let text = std::fs::read_to_string(path).map_err(|e| SuiteError::file(path, e))?;
+        let text = std::fs::read_to_string(path).map_err(|e| {
+            SuiteError::file(
+                path,
+                format!("cannot read this scene: {e}; `strandbench scenes show NAME` prints one"),
+            )
+        })?;
         let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         SceneJob::from_toml(&stem, path, &text, settings)
     }
@@ -76,14 +83,17 @@ impl SceneJob {
             label: label(name, &changes),
             toml: text,
             path: path.to_owned(),
+            notes: Vec::new(),
             spec,
         })
     }
 
-    /// Real strands on the default rig; `head` is a mesh in the hair file's own units.
+    /// Real strands on the default rig, turned to the hair and zoomed until it fills the image; `head` is a
+    /// mesh in the hair file's own units. Without `import.radius_mm` the fibres are as thick as their number
+    /// asks for: 0.04 mm for a full head, the same volume of hair for fewer. The exposure is metered.
     ///
     /// # Errors
-    /// If an option or an override does not fit; the file itself is read when the scene is built.
+    /// If an option or an override does not fit. A file that cannot be read is an error of the build.
     pub fn from_hair(
         path: &Path,
         import: ImportOptions,
@@ -93,11 +103,46 @@ impl SceneJob {
         if !path.is_file() {
             return Err(SuiteError::file(path, "there is no such hair file"));
         }
-        let spec = SceneSpec::from_hair_file(path, import, head);
+        let stated = import.radius_mm;
+        let import = ImportOptions { radius_mm: stated.or(ImportOptions::default().radius_mm), ..import };
+        let mut spec = SceneSpec::from_hair_file(path, import, head);
         // Errors name the option: there is no scene file that a user could correct.
         let shown = PathBuf::from(format!("--hair {}", path.display()));
         strandbench_scenes::parse(&spec.to_toml(), &shown)?;
-        SceneJob::from_toml(&spec.name, Path::new(""), &spec.to_toml(), settings)
+        let mut job = SceneJob::from_toml(&spec.name, Path::new(""), &without_exposure(&spec), settings)?;
+        let Ok(scene) = job.build(0) else { return Ok(job) };
+        let set = |key: &str| settings.iter().any(|s| s.part == Part::Scene && s.key == key);
+        let mut notes = Vec::new();
+        let rig = framing::frame(&job.spec.rig, &scene, set("rig.target_mm"));
+        spec = SceneSpec { rig, ..job.spec.clone() };
+        notes.push(format!(
+            "the cameras look at ({}) with a focal length of {} px, so that the hair fills the image",
+            spec.rig.target_mm.map(|v| format!("{v:.0}")).join(", "),
+            spec.rig.focal_px
+        ));
+        if let Some(file) = spec.hair_file.as_mut().filter(|_| stated.is_none()) {
+            let strands = scene.strands.len();
+            let radius = framing::radius_mm(strands);
+            file.import.radius_mm = Some(radius);
+            notes.push(format!(
+                "fibre radius {radius} mm: {strands} strands with the volume of a full head of hair (--radius-mm \
+                 states another)"
+            ));
+        }
+        notes.push("the exposure is metered on the hair".to_owned());
+        job = SceneJob {
+            label: job.label,
+            ..SceneJob::from_toml(&job.name, Path::new(""), &without_exposure(&spec), settings)?
+        };
+        job.notes = notes;
+        Ok(job)
+    }
+
+    /// Whether the description leaves the exposure to a light meter.
+    pub(crate) fn metered(&self) -> bool {
+        let table: Option<toml::Table> = toml::from_str(&self.toml).ok();
+        let sensor = table.as_ref().and_then(|t| t.get("sensor")).and_then(toml::Value::as_table);
+        sensor.is_none_or(|s| !s.contains_key("full_scale_radiance"))
     }
 
     /// The scene as parsed.
@@ -127,6 +172,15 @@ impl SceneJob {
         }
         Ok(inputs)
     }
+}
+
+/// The scene as TOML, its exposure left to the light meter.
+fn without_exposure(spec: &SceneSpec) -> String {
+    let mut table: toml::Table = toml::from_str(&spec.to_toml()).expect("a scene writes TOML");
+    if let Some(sensor) = table.get_mut("sensor").and_then(toml::Value::as_table_mut) {
+        sensor.remove("full_scale_radiance");
+    }
+    toml::to_string_pretty(&table).expect("a table of TOML is TOML")
 }
 
 fn list(settings: &[&Setting]) -> String {

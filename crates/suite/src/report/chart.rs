@@ -19,7 +19,8 @@ pub(crate) fn colour_of(subject: &str) -> &'static str {
 pub(crate) struct Series<'a> {
     pub name: &'a str,
     pub colour: &'a str,
-    pub dashed: bool,
+    /// Lengths of dashes and gaps, empty for a whole line.
+    pub dash: &'a str,
     /// (x, y) in data units, x ascending.
     pub points: Vec<(f64, f64)>,
 }
@@ -101,7 +102,8 @@ impl Chart<'_> {
                 let (x, y) = self.place(clipped, RIGHT);
                 let _ = write!(path, "{}{x:.1} {y:.1}", if path.is_empty() { "M" } else { "L" });
             }
-            let dash = if s.dashed { " stroke-dasharray=\"5 4\"" } else { "" };
+            let dash =
+                if s.dash.is_empty() { String::new() } else { format!(" stroke-dasharray=\"{}\"", s.dash) };
             let width = if s.name == "method" { 2.8 } else { 1.8 };
             let _ = write!(
                 svg,

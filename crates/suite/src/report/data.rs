@@ -2,7 +2,7 @@
 
 use crate::reconstruct::{DIAGNOSTICS, ESTIMATE};
 use crate::render::{FRAME, RenderFile, TRUTH, read_render_file};
-use crate::score::{ERROR_CHANNEL, ERRORS, SCORES, ScoreFile, read_curve};
+use crate::score::{Curve, ERROR_CHANNEL, ERRORS, SCORES, ScoreFile, read_curve};
 use crate::stage::{Record, read_json, read_record};
 use crate::{Places, SuiteError};
 use strandbench_recon::Diagnostics;
@@ -18,8 +18,8 @@ pub(crate) struct Data {
     pub diagnostics: Diagnostics,
     pub scores: ScoreFile,
     pub error_mm: Plane<f32>,
-    /// Ascending |A1 error| by subject, mm.
-    pub curves: Vec<(String, Vec<f32>)>,
+    /// Ascending raw errors: what of, whose, values.
+    curves: Vec<(Curve, Vec<f32>)>,
     /// Records of the render, reconstruct and score stages.
     pub records: Vec<Record>,
     pub variant: String,
@@ -42,8 +42,8 @@ impl Data {
             .ok_or_else(|| SuiteError::file(&path, format!("has no channel {ERROR_CHANNEL}")))?;
         let scores: ScoreFile = read_json(&places.score.join(SCORES))?;
         let mut curves = Vec::new();
-        for curve in scores.curves.iter().filter(|c| c.metric == "A1") {
-            curves.push((curve.subject.clone(), read_curve(&places.score, curve)?));
+        for curve in &scores.curves {
+            curves.push((curve.clone(), read_curve(&places.score, curve)?));
         }
         Ok(Data {
             render,
@@ -67,6 +67,17 @@ impl Data {
     /// The method's or a null's figure, where it stands in the table.
     pub fn score(&self, metric: &str, subject: &str) -> Option<&Score> {
         self.scores.scores.iter().find(|s| s.metric == metric && s.subject == subject)
+    }
+
+    /// Subject and ascending errors of `A1` (mm), `A5` or `B7` (degrees).
+    pub fn curves_of(&self, metric: &str) -> impl Iterator<Item = (&str, &[f32])> {
+        let of = self.curves.iter().filter(move |(c, _)| c.metric == metric);
+        of.map(|(c, errors)| (c.subject.as_str(), errors.as_slice()))
+    }
+
+    /// One subject's of these.
+    pub fn curve(&self, metric: &str, subject: &str) -> Option<&[f32]> {
+        self.curves_of(metric).find(|(name, _)| *name == subject).map(|(_, errors)| errors)
     }
 
     /// Subjects in the order in which the scorer names them.

@@ -1,5 +1,6 @@
 //! The table over all cells of a run.
 
+use super::goals::{best_null, goals};
 use super::page::frame;
 use super::tables::{format_value, subject_meaning};
 use crate::cell::{Outcome, Row};
@@ -11,8 +12,9 @@ const COLUMNS: &[(&str, &str)] = &[
     ("A1.median", "median depth error"),
     ("A1.p90", "90th percentile"),
     ("A1.over_10mm", "beyond 10 mm"),
-    ("A5.median", "3-D line error"),
-    ("B7.median", "2-D line error"),
+    ("A4.iou.mean", "silhouette overlap"),
+    ("A5.within_20deg", "3-D line within 20°"),
+    ("B7.within_20deg", "2-D line within 20°"),
 ];
 
 /// All rows, the worst scene of each variant, and the pooled quantiles.
@@ -24,7 +26,7 @@ pub(crate) fn page(summary: &Summary, out: &Path) -> String {
             h1 { "All scenes" }
             p.lead {
                 (verdict(summary))
-                @if failed > 0 { " " (failed) " of " (summary.rows.len()) " cells failed; they count as scenes without any answer." }
+                @if failed > 0 { " " (failed) " of " (summary.rows.len()) " cells failed, timed out or were not run; they count as scenes without any answer." }
             }
         }
         h2 { "Scene by scene" }
@@ -32,14 +34,14 @@ pub(crate) fn page(summary: &Summary, out: &Path) -> String {
             tr {
                 th { "scene" } th { "variant" } th.n { "seed" }
                 @for (_, title) in COLUMNS { th.n { (title) } }
-                th.n { "answered" } th.n { "best null’s median" } th.n { "reconstruction, s" }
+                th.n { "answered" } th.n { "best null’s median" } th.n { "goals met" } th.n { "reconstruction, s" }
             }
             @for row in &summary.rows { (line(row, out)) }
         }
         h2 { "All scenes together" }
         p { "Raw depth errors of all scenes pooled, each scene with the same weight; a median of medians would hide the bad scenes." }
         table {
-            tr { th { "variant" } th { "subject" } th.n { "scenes" } th.n { "median" } th.n { "90 %" } th.n { "95 %" } th.n { "within 10 mm" } }
+            tr { th { "variant" } th { "subject" } th.n { "scenes" } th.n { "median" } th.n { "90 %" } th.n { "95 %" } th.n { "within 10 mm" } th { "worst scene" } }
             @for p in &summary.pooled {
                 tr {
                     td { (p.variant) }
@@ -47,6 +49,7 @@ pub(crate) fn page(summary: &Summary, out: &Path) -> String {
                     td.n { (p.scenes) }
                     @for v in [p.median_mm, p.p90_mm, p.p95_mm] { td.n.method[p.subject == "method"] { (format_value(v, "mm")) } }
                     td.n.method[p.subject == "method"] { (format_value(Some(p.within_10mm), "share")) }
+                    td { (worst(summary, &p.variant, &p.subject).unwrap_or_default()) }
                 }
             }
         }
@@ -54,30 +57,44 @@ pub(crate) fn page(summary: &Summary, out: &Path) -> String {
     frame("strandbench · all scenes", content)
 }
 
+/// A sentence a variant.
 fn verdict(summary: &Summary) -> String {
-    let scored = summary.rows.iter().filter_map(|r| Some((r, r.score("A1.median", "method")?)));
-    // Without a value the median is infinite: that is the worst there can be.
-    let worst = scored.max_by(|a, b| {
-        let of = |v: Option<f64>| v.unwrap_or(f64::INFINITY);
-        of(a.1.value).total_cmp(&of(b.1.value))
-    });
-    let pooled = summary.pooled.iter().find(|p| p.subject == "method");
-    match (worst, pooled) {
-        (Some((row, score)), Some(p)) => format!(
-            "Pooled over {} scenes the median depth error is {}; the worst scene is {} with {}.",
-            p.scenes,
-            format_value(p.median_mm, "mm"),
-            row.scene,
-            format_value(score.value, "mm")
-        ),
-        _ => "No cell was scored.".to_owned(),
-    }
+    let pooled = summary.pooled.iter().filter(|p| p.subject == "method");
+    let sentences: Vec<String> = pooled
+        .map(|p| {
+            format!(
+                "{}: pooled over {} scenes the median depth error is {} and {} of the pixels lie within 10 mm; the worst scene is {}.",
+                p.variant,
+                p.scenes,
+                format_value(p.median_mm, "mm"),
+                format_value(Some(p.within_10mm), "share"),
+                worst(summary, &p.variant, &p.subject).unwrap_or_else(|| "unknown".into()),
+            )
+        })
+        .collect();
+    if sentences.is_empty() { "No cell was scored.".to_owned() } else { sentences.join(" ") }
+}
+
+/// The scene with the greatest median depth error of a subject, with it; a cell without a score is worse than
+/// any for the method, and says nothing of the nulls.
+fn worst(summary: &Summary, variant: &str, subject: &str) -> Option<String> {
+    let of = |row: &Row| match row.score("A1.median", subject) {
+        Some(score) => Some(score.value),
+        None => (subject == "method").then_some(None),
+    };
+    let rows = summary.rows.iter().filter(|r| r.variant == variant);
+    let (row, value) = rows
+        .filter_map(|r| Some((r, of(r)?)))
+        .max_by(|a, b| a.1.unwrap_or(f64::INFINITY).total_cmp(&b.1.unwrap_or(f64::INFINITY)))?;
+    Some(match (&row.outcome, value) {
+        (Outcome::Ok, value) => format!("{} ({})", row.scene, format_value(value, "mm")),
+        _ => format!("{} (no score)", row.scene),
+    })
 }
 
 fn line(row: &Row, out: &Path) -> Markup {
     let link = row.report.as_ref().map(|r| relative(r, out));
-    let nulls = row.scores.iter().filter(|s| s.metric == "A1.median" && s.subject.starts_with('N'));
-    let best = nulls.filter_map(|s| s.value).reduce(f64::min);
+    let best = best_null(&row.scores, "A1.median").map(|(_, v)| v);
     html! {
         tr {
             td { @match &link { Some(l) => a href=(l) { (row.scene) }, None => (row.scene) } }
@@ -91,11 +108,11 @@ fn line(row: &Row, out: &Path) -> Markup {
                     }
                     td.n { (row.score("A1.median", "method").map_or("—".into(), |s| format_value(Some(s.coverage), "share"))) }
                     td.n { (format_value(best, "mm")) }
+                    @let goals = goals(&row.scores);
+                    td.n { (goals.iter().filter(|g| g.met).count()) " of " (goals.len()) }
                     td.n { (row.costs.get("reconstruct").map_or("—".into(), |c| format!("{:.1}", c.wall_s))) }
                 }
-                Outcome::Failed { stage, message } => {
-                    td colspan=(COLUMNS.len() + 3) { b { "failed in " (stage) ": " } (message) }
-                }
+                other => { td.trouble colspan=(COLUMNS.len() + 4) { (other.trouble().unwrap_or_default()) } }
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use super::chart::{Chart, Series, colour_of, cumulative, ticks};
 use super::data::Data;
-use super::{rig, sections, tables, turntable, views};
+use super::{lines, rig, sections, tables, turntable, views};
 use crate::pictures::{self, ABSENT, data_uri};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use strandbench_types::Plane;
@@ -120,6 +120,7 @@ fn orientation(data: &Data) -> Markup {
             (img(&pictures::orientation_wheel(148), "legend"))
             p.note { "The wheel shows the colour of a line that runs in each direction; a line has no head and no tail, so opposite directions share a colour." }
         }
+        (lines::section(data))
     }
 }
 
@@ -172,13 +173,26 @@ fn depth(data: &Data) -> Markup {
 }
 
 fn error(data: &Data) -> Markup {
+    let mut map = pictures::signed_error(&data.error_mm, ERROR_LIMIT_MM);
+    let worst = data.scores.worst_region;
+    if let Some(w) = worst {
+        pictures::frame_block(&mut map, (w.x as usize, w.y as usize), w.size as usize);
+    }
     html! {
         h2 { "Depth error" }
         div.two {
             figure {
-                (img(&pictures::signed_error(&data.error_mm, ERROR_LIMIT_MM), "signed depth error"))
+                (img(&map, "signed depth error"))
                 (scale(&format!("−{ERROR_LIMIT_MM:.0} mm, too near"), &format!("+{ERROR_LIMIT_MM:.0} mm, too far"), pictures::diverging, -1.0))
-                figcaption { "Estimated minus true depth. White is right. " (absent_note()) ". Errors beyond the scale keep its end's colour." }
+                figcaption { "Estimated minus true depth. White is right. " (absent_note()) ". Errors beyond the scale keep its end's colour."
+                    @if let Some(w) = worst {
+                        " The frame marks the worst region, " (w.size) " × " (w.size) " pixels from column " (w.x) ", row " (w.y) ": "
+                        (match w.median_mm {
+                            Some(mm) => format!("half of its {} hair pixels are off by more than {mm:.1} mm.", w.wanted),
+                            None => format!("most of its {} hair pixels are unanswered.", w.wanted),
+                        })
+                    }
+                }
             }
             figure {
                 (PreEscaped(error_curves(data)))
@@ -194,12 +208,11 @@ fn error(data: &Data) -> Markup {
 fn error_curves(data: &Data) -> String {
     let at: Vec<f64> = (0..=200).map(|i| f64::from(i) * 0.1).collect();
     let series: Vec<Series> = data
-        .curves
-        .iter()
+        .curves_of("A1")
         .map(|(name, errors)| Series {
             name,
             colour: colour_of(name),
-            dashed: name != "method",
+            dash: if name == "method" { "" } else { "5 4" },
             points: cumulative(errors, &at),
         })
         .collect();

@@ -74,11 +74,12 @@ fn draw_rig(data: &Data, flat: &dyn Fn(DVec3) -> DVec2, title: &str) -> String {
         all.push(e + DVec2::new(190.0, 60.0));
     }
     let low = all.iter().copied().reduce(DVec2::min).unwrap_or_default() - 40.0;
-    let size = all.iter().copied().reduce(DVec2::max).unwrap_or_default() + 40.0 - low;
+    let mut size = all.iter().copied().reduce(DVec2::max).unwrap_or_default() + 40.0 - low;
     // Text and scale bar keep their size on the page whatever the extent of the rig.
     let unit = size.max_element() / 40.0;
+    size.y += 2.5 * unit;
     for (at, text) in stacked(names, unit) {
-        let (x, y) = (at.x + 0.6 * unit, at.y + unit);
+        let (x, y) = (at.x + 0.6 * unit, at.y + 1.1 * unit);
         let _ = write!(
             body,
             "<text class=\"label\" font-size=\"{unit:.1}\" x=\"{x:.1}\" y=\"{y:.1}\">{text}</text>"
@@ -101,8 +102,13 @@ fn draw_rig(data: &Data, flat: &dyn Fn(DVec3) -> DVec2, title: &str) -> String {
 fn stacked(names: Vec<(DVec2, &str)>, line: f64) -> Vec<(DVec2, &str)> {
     let mut placed: Vec<(DVec2, &str)> = Vec::new();
     for (mut at, name) in names {
-        let near = |p: DVec2, at: DVec2| (p.x - at.x).abs() < 2.8 * line && (p.y - at.y).abs() < 0.9 * line;
-        while placed.iter().any(|(p, _)| near(*p, at)) {
+        // A letter is some six tenths of a line wide.
+        let width = |text: &str| 0.6 * line * (text.chars().count() as f64 + 1.0);
+        let near = |(p, other): &(DVec2, &str), at: DVec2| {
+            let apart = if p.x < at.x { width(other) } else { width(name) };
+            (p.x - at.x).abs() < apart && (p.y - at.y).abs() < 0.9 * line
+        };
+        while placed.iter().any(|p| near(p, at)) {
             at.y += line;
         }
         placed.push((at, name));

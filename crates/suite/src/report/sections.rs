@@ -2,14 +2,8 @@
 
 use super::data::Data;
 use super::tables::{format_value, one_line};
+use super::{goals, lines};
 use maud::{Markup, html};
-
-/// The null that comes closest to the method in a metric, with its value.
-pub(crate) fn best_null<'a>(data: &'a Data, metric: &str) -> Option<(&'a str, f64)> {
-    let nulls = data.scores.scores.iter().filter(|s| s.metric == metric && s.subject.starts_with('N'));
-    let values = nulls.filter_map(|s| Some((s.subject.as_str(), s.value?, s.lower_is_better)));
-    values.reduce(|a, b| if (a.1 <= b.1) == a.2 { a } else { b }).map(|(subject, value, _)| (subject, value))
-}
 
 /// The result in one or two sentences, from the figures alone.
 pub(crate) fn verdict(data: &Data) -> String {
@@ -18,15 +12,16 @@ pub(crate) fn verdict(data: &Data) -> String {
     };
     let Some(value) = median.value else {
         return format!(
-            "More than half of the hair pixels have no usable depth ({:.1} % answered): the method fails here.",
-            median.coverage * 100.0
+            "More than half of the hair pixels have no usable depth ({:.1} % answered): the method fails here. {}",
+            median.coverage * 100.0,
+            goals::sentence(&goals::goals(&data.scores.scores))
         );
     };
     let mut text = format!(
         "Half of the hair pixels have a depth within {value:.2} mm of the truth; {:.1} % of them are answered.",
         median.coverage * 100.0
     );
-    if let Some((null, of_null)) = best_null(data, "A1.median") {
+    if let Some((null, of_null)) = goals::best_null(&data.scores.scores, "A1.median") {
         let ratio = of_null / value.max(1e-9);
         text.push_str(&match ratio {
             r if r >= 1.05 => format!(
@@ -40,6 +35,13 @@ pub(crate) fn verdict(data: &Data) -> String {
             ),
         });
     }
+    let scores = &data.scores.scores;
+    for sentence in [goals::sentence(&goals::goals(scores)), goals::not_better_than_nulls(scores)] {
+        if !sentence.is_empty() {
+            text.push(' ');
+            text.push_str(&sentence);
+        }
+    }
     text
 }
 
@@ -47,7 +49,7 @@ pub(crate) fn verdict(data: &Data) -> String {
 pub(crate) fn header(data: &Data) -> Markup {
     let beyond = data.score("A1.over_10mm", "method").and_then(|s| s.value).map(|v| 1.0 - v);
     let complete = data.score("A1.median", "method").map(|s| s.coverage);
-    let line = data.score("B7.median", "method").and_then(|s| s.value);
+    let line = data.curve("B7", "method").and_then(lines::answered);
     let seconds = data.records.iter().find(|r| r.stage == "reconstruct").map(|r| r.cost.wall_s);
     let tile = |value: Option<String>, unit: &str, meaning: &str| {
         html! { div.tile { b { (value.unwrap_or_else(|| "—".into())) " " small { (unit) } } span { (meaning) } } }
@@ -61,11 +63,21 @@ pub(crate) fn header(data: &Data) -> Markup {
                 (tile(data.score("A1.median", "method").and_then(|s| s.value).map(|v| format!("{v:.2}")), "mm", "median depth error (A1)"))
                 (tile(beyond.map(|v| format!("{:.1}", v * 100.0)), "%", "of hair pixels within 10 mm"))
                 (tile(complete.map(|v| format!("{:.1}", v * 100.0)), "%", "of hair pixels answered"))
-                (tile(line.map(|v| format!("{v:.1}")), "°", "median error of the image orientation (B7)"))
+                (tile(line.as_ref().map(|a| format!("{:.1}", a.median_deg)), "°", &line_meaning(line.as_ref())))
                 (tile(seconds.map(|v| format!("{v:.1}")), "s", "wall time of the reconstruction"))
                 (tile(Some(thousands(data.render.strands as u64)), "", "fibres in the scene"))
             }
+            (goals::table(&goals::goals(&data.scores.scores)))
         }
+    }
+}
+
+fn line_meaning(line: Option<&lines::Answered>) -> String {
+    match line {
+        Some(a) if a.share < 0.999 => {
+            format!("median image orientation error over the {:.0} % of pixels answered", a.share * 100.0)
+        }
+        _ => "median error of the image orientation (B7)".to_owned(),
     }
 }
 
@@ -107,6 +119,26 @@ fn gap(energy: f64, bound: Option<f64>) -> Option<f64> {
     (bound != 0.0).then(|| (energy - bound) / bound.abs())
 }
 
+/// Fibre radius, exposure, and what else the program chose.
+fn decided(data: &Data) -> Vec<(&'static str, String)> {
+    let sensor = &data.render.sensor;
+    let mut radii = data.truth.strands.radii_mm.clone();
+    radii.sort_by(f32::total_cmp);
+    let middle = radii.get(radii.len() / 2).copied().unwrap_or(0.0);
+    let exposure = match &data.render.metered {
+        Some(m) => format!(
+            "full scale at a radiance of {:.4}, metered: the brightest hundredth of {} hair pixels lies above {:.0} % of it",
+            m.full_scale_radiance,
+            thousands(m.hair_pixels),
+            crate::METERED_SHARE * 100.0
+        ),
+        None => format!("full scale at a radiance of {:.4}, as the scene states", sensor.full_scale_radiance),
+    };
+    let mut facts = vec![("fibre radius", format!("{middle:.3} mm (median)")), ("exposure", exposure)];
+    facts.extend(data.render.notes.iter().map(|n| ("decided", n.clone())));
+    facts
+}
+
 /// Parameters, versions and hashes: all that is needed to make the result again.
 pub(crate) fn provenance(data: &Data) -> Markup {
     let p = &data.records[1].provenance;
@@ -137,7 +169,7 @@ pub(crate) fn provenance(data: &Data) -> Markup {
     ];
     html! {
         h2 { "How to make this again" }
-        table { @for (name, value) in facts { tr { th { (name) } td { (value) } } } }
+        table { @for (name, value) in facts.into_iter().chain(decided(data)) { tr { th { (name) } td { (value) } } } }
         h3 { "Parameters of the method" }
         table {
             tr { th { "parameter" } th { "value" } }

@@ -20,9 +20,11 @@ pub(crate) fn subject_meaning(subject: &str) -> &'static str {
 /// Names of the subjects in a caption.
 pub(crate) fn subject_key(data: &Data) -> Markup {
     html! {
-        @for subject in data.subjects().into_iter().filter(|s| *s != "method") {
-            b style=(format!("color:{}", super::chart::colour_of(subject))) { (subject) } " " (subject_meaning(subject)) "; "
+        @for (i, subject) in data.subjects().into_iter().filter(|s| *s != "method").enumerate() {
+            @if i > 0 { "; " }
+            b style=(format!("color:{}", super::chart::colour_of(subject))) { (subject) } " " (subject_meaning(subject))
         }
+        "."
     }
 }
 
@@ -64,9 +66,10 @@ const KEY: &[&str] = &[
     "A1.p90",
     "A1.p95",
     "A1.bias_median",
+    "A1.over_1mm",
     "A1.over_2mm",
+    "A1.over_5mm",
     "A1.over_10mm",
-    "A1.voxel.over_10mm",
     "A2.within_10mm",
     "A2.pushed.within_10mm",
     "A3.completeness",
@@ -99,12 +102,11 @@ pub(crate) fn scores(data: &Data) -> Markup {
             "A pixel that was asked for and not answered counts as infinitely wrong; “none” means that the figure itself is infinite for that reason."
         }
         p.note { (subject_key(data)) }
-        (metric_table(data, &key))
+        (metric_table(data, &key, &super::lines::answered_rows(data)))
         @for name in &groups {
             details {
                 summary { "All of " (name) ": " (group_title(name)) }
-                (metric_table(data, &metrics.iter().copied().filter(|m| group(m) == *name).collect::<Vec<_>>()))
-                @if *name == "B7" { (confidence(data)) }
+                (metric_table(data, &metrics.iter().copied().filter(|m| group(m) == *name).collect::<Vec<_>>(), &html! {}))
             }
         }
     }
@@ -114,7 +116,7 @@ fn group(metric: &str) -> &str {
     metric.split('.').next().unwrap_or_default()
 }
 
-fn metric_table(data: &Data, metrics: &[&str]) -> Markup {
+fn metric_table(data: &Data, metrics: &[&str], more: &Markup) -> Markup {
     let subjects = data.subjects();
     html! {
         table.scores {
@@ -137,6 +139,7 @@ fn metric_table(data: &Data, metrics: &[&str]) -> Markup {
                     td.n { @if let Some(s) = method { (thousands(s.wanted)) } }
                 }
             }
+            (more)
         }
     }
 }
@@ -169,32 +172,6 @@ fn metric_title(id: &str) -> String {
 
 fn metric_meaning(id: &str) -> &'static str {
     row(id).map_or("", |m| m.meaning)
-}
-
-/// The filter's confidence against its error.
-fn confidence(data: &Data) -> Markup {
-    let bins = &data.scores.orientation_by_confidence;
-    if bins.is_empty() {
-        return html! {};
-    }
-    html! {
-        h3 { "B7 by the filter's confidence" }
-        table {
-            tr {
-                th { "tenth" } th.n { "response from" } th.n { "to" } th.n { "pixels" } th.n { "median error" }
-                @for deg in [10, 20, 30] { th.n { "within " (deg) "°" } }
-            }
-            @for b in bins {
-                tr {
-                    td { (b.decile) @if b.decile == 1 { " (least sure)" } @if b.decile == 10 { " (surest)" } }
-                    td.n { (format!("{:.3}", b.strength.0)) } td.n { (format!("{:.3}", b.strength.1)) }
-                    td.n { (thousands(b.pixels)) } td.n.method { (format_value(Some(b.median_deg), "deg")) }
-                    @for share in b.within { td.n { (format_value(Some(share), "share")) } }
-                }
-            }
-        }
-        p.note { "Answered pixels in ten groups of equal size by the strength of the filter's response: a good confidence puts the errors at the top of the table." }
-    }
 }
 
 /// The cameras as they are and as calibration has them.

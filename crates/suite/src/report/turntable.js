@@ -123,9 +123,11 @@
     }
   }
 
+  // From here the envelope fills five sixths of the height.
+  const half = points(data.envelope.positions).reduce((m, v, i) => (i % 3 === 1 ? Math.max(m, Math.abs(v)) : m), 60);
   const eye = data.camera;
   const home = Math.atan2(eye[0], eye[2]);
-  const state = { turn: home, tilt: 0.12, distance: 620, auto: true };
+  const state = { turn: home, tilt: 0.12, distance: Math.min(2500, 2.9 * half + 80), auto: true };
   const control = (name) => root.querySelector(`[name=${name}]`);
 
   function draw() {

@@ -97,7 +97,10 @@ fn lint(root: &Path) -> Result<()> {
 }
 
 fn test(root: &Path, python: Option<&Path>) -> Result<()> {
-    cargo(root, &[&["test", "--workspace"], &PROFILE[..]].concat(), python)
+    // Examples and benchmarks were compiled by clippy; one failure does not hide the next.
+    let tests = ["test", "--workspace", "--lib", "--bins", "--tests", "--no-fail-fast"];
+    cargo(root, &[&tests[..], &PROFILE].concat(), python)?;
+    cargo(root, &[&["test", "--workspace", "--doc"], &PROFILE[..]].concat(), python)
 }
 
 fn cargo_command(root: &Path, args: &[&str]) -> Command {

@@ -114,24 +114,6 @@ fn segment(strands: &StrandSet, i: usize) -> RoundCone {
     RoundCone::new(p[i], r[i], p[i + 1], r[i + 1])
 }
 
-/// Levels that obvhs' traversal stack holds.
-const MAX_DEPTH: usize = 31;
-
-fn depth(bvh: &CwBvh) -> usize {
-    let mut deepest = 0;
-    let mut open = vec![(0u32, 1usize)];
-    while let Some((at, level)) = open.pop() {
-        deepest = deepest.max(level);
-        let node = &bvh.nodes[at as usize];
-        for child in 0..8 {
-            if !node.is_child_empty(child) && !node.is_leaf(child) {
-                open.push((node.child_node_index(child), level + 1));
-            }
-        }
-    }
-    deepest
-}
-
 impl Accel {
     /// Builds over all segments of `strands` and all triangles of `meshes`.
     ///
@@ -194,14 +176,8 @@ impl Accel {
             .collect();
         // Made again below: what is not needed meanwhile would add to the peak of memory.
         drop(cones);
-        let mut bvh = build(boxes);
-        let depth = depth(&bvh);
-        if depth > MAX_DEPTH {
-            return Err(RenderError::Scene(format!(
-                "the tree over {total} segments and triangles is {depth} levels deep, {MAX_DEPTH} are supported: \
-                 too many of them coincide; remove duplicates"
-            )));
-        }
+        let mut bvh = build(&boxes);
+        drop(boxes);
         let order = std::mem::take(&mut bvh.primitive_indices);
         let slots = order.iter().map(|&k| kept[k as usize] as usize);
         let sorted = slots.clone().map(|i| match i.checked_sub(n) {

@@ -20,11 +20,38 @@ const CELLS: f32 = 65_536.0;
 const CROWD: usize = 256;
 
 /// The wide tree over `boxes`, at least one.
-pub(crate) fn build(boxes: Vec<Aabb>) -> CwBvh {
-    let binary = (!crowded(&boxes)).then(|| clustered(&boxes)).filter(|b| depth(b) <= DEEPEST);
-    let binary = binary.unwrap_or_else(|| halved(&boxes));
-    drop(boxes);
-    bvh2_to_cwbvh(&binary, PRIMITIVES_PER_LEAF, true, false)
+pub(crate) fn build(boxes: &[Aabb]) -> CwBvh {
+    let convert = |binary: Bvh2| bvh2_to_cwbvh(&binary, PRIMITIVES_PER_LEAF, true, false);
+    let binary = (!crowded(boxes)).then(|| clustered(boxes)).filter(|b| depth(b) <= DEEPEST);
+    if let Some(wide) = binary.map(convert).filter(|w| wide_depth(w) <= MAX_DEPTH) {
+        return wide;
+    }
+    let wide = convert(halved(boxes));
+    assert!(
+        wide_depth(&wide) <= MAX_DEPTH,
+        "halving {} boxes gave {} levels",
+        boxes.len(),
+        wide_depth(&wide)
+    );
+    wide
+}
+
+/// Levels that obvhs' traversal stack holds.
+const MAX_DEPTH: usize = 31;
+
+fn wide_depth(bvh: &CwBvh) -> usize {
+    let mut deepest = 0;
+    let mut open = vec![(0u32, 1usize)];
+    while let Some((at, level)) = open.pop() {
+        deepest = deepest.max(level);
+        let node = &bvh.nodes[at as usize];
+        for child in 0..8 {
+            if !node.is_child_empty(child) && !node.is_leaf(child) {
+                open.push((node.child_node_index(child), level + 1));
+            }
+        }
+    }
+    deepest
 }
 
 fn clustered(boxes: &[Aabb]) -> Bvh2 {

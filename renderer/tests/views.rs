@@ -104,6 +104,18 @@ fn coverage_and_depth_of_one_fibre_are_those_of_a_cylinder() {
 }
 
 #[test]
+fn fibre_on_the_edge_of_two_columns_is_shared_as_its_projection_and_its_depth_is_along_the_axis() {
+    // From column 36.94 to 37.02; its distance from the eye is 0.04 mm more than its depth.
+    let s = scene(fibre(8.49, 0.02), Vec::new(), Vec::new(), (40, 30));
+    let r = render(&s, &fixed(256), 3);
+    let column = |x: usize| (0..30).map(|y| r.hits.pixel(y * 40 + x).len() as f64).sum::<f64>();
+    let (left, right) = (column(36), column(37));
+    assert_eq!((left + right) as usize, r.hits.hits.len());
+    assert!((left / (left + right) - 0.75).abs() < 0.02, "{left} rays left, {right} right of the edge");
+    assert!(r.hits.hits.iter().all(|h| (899.98 - 1e-3..=900.0 + 1e-3).contains(&f64::from(h.depth_mm))));
+}
+
+#[test]
 fn radiance_of_one_fibre_is_the_integral_over_the_light() {
     let l = light(Vec3::new(500.0, 300.0, 700.0), 60.0, 3000.0);
     // A fibre wider than a pixel, so that its middle is fully covered; the model has one radiance across it.

@@ -128,10 +128,16 @@ fn folders_that_are_not_there_say_which_command_makes_them() {
     let dir = folder("missing");
     assert!(fails(&dir, &["reconstruct", "nowhere", "--out", "x"]).contains("strandbench render"));
     assert!(fails(&dir, &["score", "nowhere", "--truth", "t", "--out", "x"]).contains("strandbench render"));
-    let bare = fails(&dir, &["score", "nowhere"]);
-    assert!(bare.contains("--truth"), "{bare}");
-    assert!(!fails(&dir, &["report", "nowhere"]).is_empty());
+    let no_score = fails(&dir, &["score", "nowhere"]);
+    assert!(no_score.contains("nowhere: there is no such folder; `strandbench reconstruct`"), "{no_score}");
+    let no_report = fails(&dir, &["report", "nowhere"]);
+    assert!(no_report.contains("nowhere: there is no such folder; `strandbench score`"), "{no_report}");
+    let no_scene = fails(&dir, &["run", "--scene", "nowhere.toml"]);
+    assert!(no_scene.contains("nowhere.toml: cannot read") && no_scene.contains("scenes show"), "{no_scene}");
     assert!(files(&dir).is_empty(), "and nothing is written");
+    std::fs::create_dir(dir.join("bare")).unwrap();
+    let bare = fails(&dir, &["score", "bare"]);
+    assert!(bare.contains("bare estimate") && bare.contains("--truth"), "{bare}");
 }
 
 #[test]

@@ -133,7 +133,7 @@ fn run_job(args: &RunArgs, show: &Show, json: bool) -> Result<bool> {
     let summary = strandbench_suite::run_all(&cells, &args.scene.out, show)?;
     if json {
         print_json(&serde_json::to_value(&summary)?)?;
-    } else {
+    } else if !show.quiet() {
         print!("{}", table::summary(&summary));
     }
     let failed: Vec<String> = summary.rows.iter().filter_map(table::failure).collect();
@@ -155,11 +155,11 @@ fn render(args: &RenderArgs, show: &Show, json: bool) -> Result<bool> {
         let folder = cell.places(&args.scene.out).render;
         done.push(strandbench_suite::render(&cell.scene, &cell.settings, cell.seed, &folder, show)?);
     }
-    tell(&done, json)
+    tell(&done, show, json)
 }
 
 /// Prints finished stages.
-fn tell(done: &[Done], json: bool) -> Result<bool> {
+fn tell(done: &[Done], show: &Show, json: bool) -> Result<bool> {
     if json {
         let all: Vec<_> = done
             .iter()
@@ -167,7 +167,7 @@ fn tell(done: &[Done], json: bool) -> Result<bool> {
             .collect();
         return print_json(&serde_json::Value::Array(all));
     }
-    for d in done {
+    for d in done.iter().filter(|_| !show.quiet()) {
         println!("{}", d.folder.display());
     }
     Ok(true)
@@ -192,7 +192,7 @@ fn reconstruct(args: &ReconstructArgs, show: &Show, json: bool) -> Result<bool> 
         None if frame != args.folder => beside(&args.folder, 1, &method.label)?.join("reconstruct"),
         None => bail!("{} is not a render folder; say where to write with --out DIR", args.folder.display()),
     };
-    tell(&[strandbench_suite::reconstruct(&frame, &method.variant, &out, show)?], json)
+    tell(&[strandbench_suite::reconstruct(&frame, &method.variant, &out, show)?], show, json)
 }
 
 fn score(args: &ScoreArgs, show: &Show, json: bool) -> Result<bool> {
@@ -221,14 +221,14 @@ fn score(args: &ScoreArgs, show: &Show, json: bool) -> Result<bool> {
         None => strandbench_suite::read_render_file(render).map_or(1, |r| r.seed),
     };
     let done = strandbench_suite::score(&truth, &estimate, seed, &out, show)?;
-    if !json {
+    if !json && !show.quiet() {
         let path = done.folder.join(strandbench_suite::SCORES);
         let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
         let file: strandbench_suite::ScoreFile =
             serde_json::from_str(&text).with_context(|| path.display().to_string())?;
         print!("{}", table::scores(&file.scores));
     }
-    tell(&[done], json)
+    tell(&[done], show, json)
 }
 
 fn report(args: &ReportArgs, show: &Show, json: bool) -> Result<bool> {
@@ -241,7 +241,7 @@ fn report(args: &ReportArgs, show: &Show, json: bool) -> Result<bool> {
     };
     let variant = std::path::absolute(&args.folder)?;
     let name = variant.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    tell(&[strandbench_suite::report::report(&Places::new(&render, &args.folder), &name, show)?], json)
+    tell(&[strandbench_suite::report::report(&Places::new(&render, &args.folder), &name, show)?], show, json)
 }
 
 fn import(args: &ImportArgs, show: &Show, json: bool) -> Result<bool> {
@@ -254,7 +254,9 @@ fn import(args: &ImportArgs, show: &Show, json: bool) -> Result<bool> {
     if json {
         return print_json(&serde_json::to_value(&made)?);
     }
-    print!("{}", table::import(&made));
+    if !show.quiet() {
+        print!("{}", table::import(&made));
+    }
     Ok(true)
 }
 

@@ -1,6 +1,6 @@
 //! Progress on standard error: bars on a terminal, a line a stage elsewhere, nothing when quiet.
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::io::IsTerminal;
 use std::path::Path;
 use std::sync::Mutex;
@@ -40,6 +40,11 @@ impl Show {
         self.bar.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
     }
 
+    /// Whether nothing but errors is wanted.
+    pub fn quiet(&self) -> bool {
+        self.quiet
+    }
+
     /// A line for people.
     pub fn say(&self, text: &str) {
         if !self.quiet {
@@ -56,8 +61,15 @@ impl Monitor for Show {
         let mut bar = self.bar();
         bar.finish_and_clear();
         let style =
-            ProgressStyle::with_template("  {msg:<28} {bar:36} {percent:>3} %  {per_sec:>12}  {eta:>5} left")
-                .unwrap_or_else(|_| ProgressStyle::default_bar());
+            ProgressStyle::with_template("  {msg:<28} {bar:36} {percent:>3} %  {rate:>8}  {eta:>5} left")
+                .unwrap_or_else(|_| ProgressStyle::default_bar())
+                .with_key("rate", |state: &ProgressState, text: &mut dyn std::fmt::Write| {
+                    // Steps differ in size between stages, so a whole number says all there is to say; a full
+                    // terminal line that cannot be written is nobody's loss.
+                    let rate = state.per_sec();
+                    let _ =
+                        if rate < 10.0 { write!(text, "{rate:.1}/s") } else { write!(text, "{rate:.0}/s") };
+                });
         *bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::stderr())
             .with_style(style)
             .with_message(what.to_owned());

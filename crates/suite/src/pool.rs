@@ -129,7 +129,8 @@ fn quantiles(variant: &str, subject: &str, scenes: &[Vec<f32>]) -> Pooled {
         });
         found.map(|(e, _)| f64::from(*e)).filter(|e| e.is_finite())
     };
-    let within = all.iter().filter(|(e, _)| *e <= 10.0).map(|(_, w)| w).sum();
+    // An empty sum is -0.
+    let within = all.iter().filter(|(e, _)| *e <= 10.0).map(|(_, w)| w).sum::<f64>() + 0.0;
     Pooled {
         variant: variant.to_owned(),
         subject: subject.to_owned(),
@@ -155,5 +156,7 @@ mod tests {
         assert!((p.within_10mm - 0.75).abs() < 1e-9);
         let p = quantiles("v", "method", &[vec![1.0], vec![f32::INFINITY]]);
         assert_eq!((p.median_mm, p.p90_mm), (Some(1.0), None));
+        let none = quantiles("v", "method", &[vec![f32::INFINITY]]);
+        assert!(none.within_10mm == 0.0 && none.within_10mm.is_sign_positive());
     }
 }

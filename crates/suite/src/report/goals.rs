@@ -129,7 +129,7 @@ pub(crate) fn table(goals: &[Goal]) -> Markup {
         }
         p.note {
             "The goals are set for the easy and middle straight and wavy scenes with four cameras; elsewhere they are a yardstick. "
-            "Of the real hair pixels 2 px inside the mask, except for those answered, which are counted over the whole mask."
+            "The first, second and fourth are taken over the true hair mask less 2 px along its edge, the third over the whole mask."
         }
     }
 }

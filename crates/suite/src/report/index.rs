@@ -30,28 +30,36 @@ pub(crate) fn page(summary: &Summary, out: &Path) -> String {
             }
         }
         h2 { "Scene by scene" }
-        table {
+        @let changed = overrides(summary);
+        @if !changed.is_empty() { p.note { "Changed from the catalogue or the defaults: " (changed.join("; ")) "." } }
+        div.wide { table {
             tr {
                 th { "scene" } th { "variant" } th.n { "seed" }
                 @for (_, title) in COLUMNS { th.n { (title) } }
                 th.n { "answered" } th.n { "best null’s median" } th.n { "goals met" } th.n { "reconstruction, s" }
             }
             @for row in &summary.rows { (line(row, out)) }
-        }
+        } }
         h2 { "All scenes together" }
-        p { "Raw depth errors of all scenes pooled, each scene with the same weight; a median of medians would hide the bad scenes." }
+        p { "Raw depth errors of all scenes pooled, each scene with the same weight; a median of medians would hide the bad scenes. Beside the method stand guesses that never looked at an image." }
         table {
             tr { th { "variant" } th { "subject" } th.n { "scenes" } th.n { "median" } th.n { "90 %" } th.n { "95 %" } th.n { "within 10 mm" } th { "worst scene" } }
             @for p in &summary.pooled {
                 tr {
                     td { (p.variant) }
-                    td.method[p.subject == "method"] { (p.subject) @if p.subject != "method" { span.why { (subject_meaning(&p.subject)) } } }
+                    td.method[p.subject == "method"] { (p.subject) }
                     td.n { (p.scenes) }
                     @for v in [p.median_mm, p.p90_mm, p.p95_mm] { td.n.method[p.subject == "method"] { (format_value(v, "mm")) } }
                     td.n.method[p.subject == "method"] { (format_value(Some(p.within_10mm), "share")) }
                     td { (worst(summary, &p.variant, &p.subject).unwrap_or_default()) }
                 }
             }
+        }
+        p.note {
+            @for (i, null) in ["N0", "N1", "N2", "NC", "C"].into_iter().enumerate() {
+                @if i > 0 { "; " } b { (null) } " " (subject_meaning(null))
+            }
+            "."
         }
     };
     frame("strandbench · all scenes", content)
@@ -63,10 +71,11 @@ fn verdict(summary: &Summary) -> String {
     let sentences: Vec<String> = pooled
         .map(|p| {
             format!(
-                "{}: pooled over {} scenes the median depth error is {} and {} of the pixels lie within 10 mm; the worst scene is {}.",
+                "{}: pooled over {} scene{} the median depth error is {} and {} of the pixels lie within 10 mm; the worst scene is {}.",
                 p.variant,
                 p.scenes,
-                format_value(p.median_mm, "mm"),
+                if p.scenes == 1 { "" } else { "s" },
+                p.median_mm.map_or("infinite (most of it unanswered)".into(), |v| format_value(Some(v), "mm")),
                 format_value(Some(p.within_10mm), "share"),
                 worst(summary, &p.variant, &p.subject).unwrap_or_else(|| "unknown".into()),
             )
@@ -87,9 +96,26 @@ fn worst(summary: &Summary, variant: &str, subject: &str) -> Option<String> {
         .filter_map(|r| Some((r, of(r)?)))
         .max_by(|a, b| a.1.unwrap_or(f64::INFINITY).total_cmp(&b.1.unwrap_or(f64::INFINITY)))?;
     Some(match (&row.outcome, value) {
-        (Outcome::Ok, value) => format!("{} ({})", row.scene, format_value(value, "mm")),
-        _ => format!("{} (no score)", row.scene),
+        (Outcome::Ok, value) => format!("{} ({})", name(row), format_value(value, "mm")),
+        _ => format!("{} (no score)", name(row)),
     })
+}
+
+/// What was overridden, each set once.
+fn overrides(summary: &Summary) -> Vec<String> {
+    let mut all: Vec<String> = Vec::new();
+    for row in &summary.rows {
+        let text = row.scene[name(row).len()..].trim_start_matches('+').replace('+', ", ");
+        if !text.is_empty() && !all.contains(&text) {
+            all.push(text);
+        }
+    }
+    all
+}
+
+/// The scene's name without what was overridden, which is the same for all rows of a run.
+fn name(row: &Row) -> &str {
+    row.scene.split('+').next().unwrap_or(&row.scene)
 }
 
 fn line(row: &Row, out: &Path) -> Markup {
@@ -97,7 +123,9 @@ fn line(row: &Row, out: &Path) -> Markup {
     let best = best_null(&row.scores, "A1.median").map(|(_, v)| v);
     html! {
         tr {
-            td { @match &link { Some(l) => a href=(l) { (row.scene) }, None => (row.scene) } }
+            td.scene {
+                @match &link { Some(l) => a href=(l) { (name(row)) }, None => (name(row)) }
+            }
             td { (row.variant) }
             td.n { (row.seed) }
             @match &row.outcome {

@@ -36,7 +36,7 @@ pub(crate) fn page(summary: &Summary, out: &Path) -> String {
             tr {
                 th { "scene" } th { "variant" } th.n { "seed" }
                 @for (_, title) in COLUMNS { th.n { (title) } }
-                th.n { "answered" } th.n { "best null’s median" } th.n { "goals met" } th.n { "reconstruction, s" }
+                th.n { "answered" } th.n { "best null’s median" } th.n { "goals met" } th.n { "method, s" }
             }
             @for row in &summary.rows { (line(row, out)) }
         } }

@@ -9,6 +9,7 @@ import argparse
 import json
 import pathlib
 import time
+import warnings
 
 import cv2
 import numpy as np
@@ -114,7 +115,8 @@ def main():
     mask = views[0][5]
     start, cpu = time.perf_counter(), time.process_time()
     depths = [pair_depth(views[0][:5], v[:5], near, far, args.block, mask.shape) for v in views[1:1 + args.pairs]]
-    with np.errstate(all="ignore"):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # pixels that no pair answers
         depth = np.nanmedian(np.stack(depths), axis=0)
     depth[~mask] = np.nan
     wall, cpu = time.perf_counter() - start, time.process_time() - cpu

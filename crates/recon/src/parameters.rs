@@ -60,7 +60,7 @@ fn not_negative(v: f32) -> bool {
 parameters! {
     /// Levels of the orientation pyramid, the finest included. The paper gives no number; SWEEPS.md has the
     /// figures behind this one and the other values that the paper leaves out.
-    levels: usize = 3, |v| (1..=8).contains(&v), "a whole number from 1 to 8";
+    levels: usize = 2, |v| (1..=8).contains(&v), "a whole number from 1 to 8";
     /// Orientations of the filter bank over [0, π). The paper gives no number; on drawn lines 8, 16, 32 and 64
     /// err by at most 1.90, 1.08, 0.95 and 0.96 degrees, so 32 is where more buys nothing.
     angles: usize = 32, |v| (4..=256).contains(&v), "a whole number from 4 to 256";
@@ -85,13 +85,13 @@ parameters! {
     /// σ_d of Eq. 7, in units of |O|. The paper gives no number.
     sigma_d: f32 = 0.5, positive, "a number above 0";
     /// σ_p of Eq. 7, pixels of the level. The paper gives no number.
-    sigma_p_px: f32 = 2.0, |v| positive(v) && v <= 16.0, "a number above 0, up to 16";
+    sigma_p_px: f32 = 3.0, |v| positive(v) && v <= 16.0, "a number above 0, up to 16";
     /// Half-width of the window K of Eq. 8 in units of σ_p, rounded up to whole pixels.
     window_sigmas: f32 = 2.0, |v| positive(v) && v <= 4.0, "a number above 0, up to 4";
     /// λ of Eq. 2. Depth differences count in pixel footprints (z / f at the geometric mean of near and far), so
     /// that λ is the price of a slope of 45 degrees whatever the number of labels and the resolution. Tuned for
     /// each matching cost; the paper gives no number and no unit.
-    lambda: f32 = 0.01, not_negative, "a number of at least 0";
+    lambda: f32 = 0.005, not_negative, "a number of at least 0";
     /// σ_o of Eq. 4, in units of |O| (4.4: 0.5).
     sigma_o: f32 = 0.5, positive, "a number above 0";
     /// Whether labels are refined below one step (Eq. 9).

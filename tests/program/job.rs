@@ -117,6 +117,28 @@ fn a_change_redoes_what_depends_on_it_and_no_more() {
 }
 
 #[test]
+fn a_folder_made_with_other_parameters_is_made_again() {
+    let dir = copy_of_finished("parameters");
+    let render = format!("out/{SCENE}/render");
+    let truth = format!("{render}/truth");
+    let redone = |args: &[&str], wanted: &str| {
+        let done = &json(&dir, args)[0];
+        assert_eq!((&done["reused"], &done["reason"]), (&false.into(), &wanted.into()), "{args:?}");
+        assert_eq!(json(&dir, args)[0]["reused"], true, "{args:?} again");
+    };
+    let reconstruct = ["reconstruct", &render, "--out", "mine", "--set", "labels=32"];
+    redone(&reconstruct, "no earlier result");
+    for (setting, name) in [("lambda=0.5", "parameters.lambda"), ("cost=ncc", "cost"), ("views=two", "views")]
+    {
+        redone(&[&reconstruct[..], &["--set", setting]].concat(), &format!("recon.{name} changed"));
+        redone(&reconstruct, &format!("recon.{name} changed"));
+    }
+    let score = ["score", "mine/estimate", "--truth", &truth, "--out", "score", "--seed"];
+    redone(&[&score[..], &["1"]].concat(), "no earlier result");
+    redone(&[&score[..], &["2"]].concat(), "seed changed");
+}
+
+#[test]
 fn a_damaged_result_is_redone_and_what_follows_fits_again() {
     let dir = copy_of_finished("damaged");
     let go = || reused(&json(&dir, &tiny_args("run", &["--out", "out"])));

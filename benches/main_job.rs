@@ -34,19 +34,25 @@ fn main_job(c: &mut Criterion) {
         .map(|camera| prepared.render(camera, &settings, SEED, &Silent).expect("renders"))
         .collect();
     let hits: Vec<SampleHits> = renders.iter().map(|r| r.hits.clone()).collect();
-    let truth = || strandbench_groundtruth::truth(&scene.rig, &scene.strands, None, &hits).expect("consistent");
+    let truth =
+        || strandbench_groundtruth::truth(&scene.rig, &scene.strands, None, &hits).expect("consistent");
     group.bench_function("groundtruth", |b| b.iter(truth));
 
     let truth = truth();
     let frame = Frame {
         index: 0,
-        images: renders.iter().enumerate().map(|(i, r)| expose(&scene.sensor, i, &r.radiance_rgb, SEED)).collect(),
+        images: renders
+            .iter()
+            .enumerate()
+            .map(|(i, r)| expose(&scene.sensor, i, &r.radiance_rgb, SEED))
+            .collect(),
         masks: truth.views.iter().map(|v| v.mask.clone()).collect(),
     };
     for variant in strandbench_recon::VARIANTS {
         group.bench_function(format!("reconstruct/{}", variant.name), |b| {
             b.iter(|| {
-                strandbench_recon::reconstruct(&scene.calibrated_rig, &frame, variant, &Silent).expect("reconstructs")
+                strandbench_recon::reconstruct(&scene.calibrated_rig, &frame, variant, &Silent)
+                    .expect("reconstructs")
             });
         });
     }

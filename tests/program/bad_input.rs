@@ -42,12 +42,16 @@ fn a_bad_scene_names_file_key_and_remedy_and_leaves_old_results_alone() {
 fn cameras_that_see_nothing_are_named_and_make_no_folder() {
     let dir = folder("nothing-seen");
     std::fs::write(dir.join("tiny.toml"), TINY).unwrap();
-    let away = ["--out", "out", "--set", "scene.rig.target_mm=[0, 5000, 0]"];
-    let error = fails(&dir, &tiny_args("render", &away));
-    assert!(
-        error.contains("center") && error.contains("sees no hair") && error.contains("check the rig"),
-        "{error}"
-    );
+    // With the light meter, which looks first, and with an exposure that the scene gives.
+    for exposure in ["scene.rig.width_px=96", "scene.sensor.full_scale_radiance=0.5"] {
+        let away = ["--out", "out", "--set", "scene.rig.target_mm=[0, 5000, 0]", "--set", exposure];
+        let error = fails(&dir, &tiny_args("render", &away));
+        assert!(
+            error.contains("center") && error.contains("sees no hair") && error.contains("check the rig"),
+            "{exposure}: {error}"
+        );
+        assert_eq!(error.contains("meter"), !exposure.contains("full_scale"), "{error}");
+    }
     let left: Vec<String> = files(&dir.join("out")).into_keys().collect();
     assert_eq!(left, [".strandbench.lock"]);
 }

@@ -36,9 +36,17 @@ fn ctrl_c_in_a_render_leaves_nothing_half_written_and_exits_130() {
     let asked = Instant::now();
     let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
     assert!(sent.success());
-    let status = child.wait().unwrap();
+    let status = loop {
+        if let Some(status) = child.try_wait().unwrap() {
+            break status;
+        }
+        if asked.elapsed() > Duration::from_secs(10) {
+            child.kill().unwrap();
+            panic!("it did not stop within {:?}", asked.elapsed());
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    };
     assert_eq!(status.code(), Some(130));
-    assert!(asked.elapsed() < Duration::from_secs(10), "it took {:?} to stop", asked.elapsed());
     assert!(lines.any(|l| l.unwrap().contains("cancelled")));
     let left: Vec<String> = files(&dir.join("out")).into_keys().collect();
     assert_eq!(left, [".strandbench.lock"], "nothing but the lock");

@@ -11,7 +11,7 @@ use strandbench_rng::Rng;
 use strandbench_types::{StrandSet, TriMesh};
 
 /// Diffuse albedo of the eyes, linear RGB.
-const EYE_ALBEDO: [f32; 3] = [0.55, 0.53, 0.5];
+const EYE_ALBEDO: [f32; 3] = [0.12, 0.1, 0.09];
 
 /// Hair whose box has a longer or a shorter diagonal than this was imported at a wrong scale, mm.
 const PLAUSIBLE_DIAGONAL_MM: std::ops::RangeInclusive<f32> = 40.0..=2500.0;

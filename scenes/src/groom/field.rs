@@ -95,7 +95,7 @@ impl Comb {
                 1.0 - ramp(libm::hypotf(p.x - x, p.z - z), 0.0, 9.0)
             }
         };
-        0.45 * crown.max(part)
+        0.2 * crown.max(part)
     }
 
     /// Distance (mm) from where hair of this place would begin, at the parting or the whorl: waves of hairs

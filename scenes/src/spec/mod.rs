@@ -92,7 +92,7 @@ pub struct HeadSpec {
 
 impl Default for HeadSpec {
     fn default() -> HeadSpec {
-        HeadSpec { breadth_mm: 155.0, albedo_rgb: [0.42, 0.27, 0.2], embedded: true, mesh_file: None }
+        HeadSpec { breadth_mm: 155.0, albedo_rgb: [0.3, 0.19, 0.14], embedded: true, mesh_file: None }
     }
 }
 

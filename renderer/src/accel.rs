@@ -52,7 +52,7 @@ struct Name {
 
 const MESH_BIT: u32 = 1 << 31;
 
-/// A shadow ray that starts on a fibre passes that fibre near its start.
+/// A ray that starts on a fibre (shadow or bounce) passes that fibre near its start.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Skip {
     /// The strand that the ray leaves.
@@ -219,22 +219,28 @@ impl Accel {
     /// identity, so the answer does not depend on the BVH.
     #[inline]
     pub fn closest(&self, origin: Vec3, direction: Vec3) -> Option<Hit> {
+        self.closest_after(origin, direction, None)
+    }
+
+    /// As [`Accel::closest`] for a ray that leaves a fibre, which it does not meet near its start.
+    #[inline]
+    pub fn closest_after(&self, origin: Vec3, direction: Vec3, skip: Option<Skip>) -> Option<Hit> {
         #[cfg(target_arch = "x86_64")]
         if self.wide {
             // SAFETY: `wide` says that the machine has the instructions.
-            return unsafe { self.closest_avx2(origin, direction) };
+            return unsafe { self.closest_avx2(origin, direction, skip) };
         }
-        self.closest_with::<Portable>(origin, direction)
+        self.closest_with::<Portable>(origin, direction, skip)
     }
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2,fma,bmi1,lzcnt,popcnt")]
-    fn closest_avx2(&self, origin: Vec3, direction: Vec3) -> Option<Hit> {
-        self.closest_with::<Avx2>(origin, direction)
+    fn closest_avx2(&self, origin: Vec3, direction: Vec3, skip: Option<Skip>) -> Option<Hit> {
+        self.closest_with::<Avx2>(origin, direction, skip)
     }
 
     #[inline(always)]
-    fn closest_with<N: NodeTest>(&self, origin: Vec3, direction: Vec3) -> Option<Hit> {
+    fn closest_with<N: NodeTest>(&self, origin: Vec3, direction: Vec3, skip: Option<Skip>) -> Option<Hit> {
         let mut ray = Ray::new(origin.into(), direction.into(), 0.0, f32::INFINITY);
         let mut best = (u32::MAX, [0.0f32; 2]);
         let mut state = self.bvh.new_traversal(ray.direction);
@@ -244,6 +250,7 @@ impl Accel {
             let slot = state.primitive_id;
             if let Some((t, uv)) = self.meet(slot, origin, direction)
                 && (t < ray.tmax || (t == ray.tmax && best.0 != u32::MAX && self.precedes(slot, best.0)))
+                && !self.passes(slot, t, skip)
             {
                 ray.tmax = t;
                 best = (slot, uv);
@@ -282,10 +289,16 @@ impl Accel {
         if t >= tmax {
             return false;
         }
-        let Some(skip) = skip else { return true };
+        !self.passes(slot, t, skip)
+    }
+
+    /// Whether a ray that leaves a fibre goes through this hit.
+    #[inline(always)]
+    fn passes(&self, slot: u32, t: f32, skip: Option<Skip>) -> bool {
+        let Some(skip) = skip else { return false };
         // The owner of a triangle has a bit that no strand has.
         let name = self.names[slot as usize];
-        name.owner != skip.strand || !(name.item.abs_diff(skip.point) <= 1 || t < skip.near_mm)
+        name.owner == skip.strand && (name.item.abs_diff(skip.point) <= 1 || t < skip.near_mm)
     }
 
     /// Whether anything lies on the ray (unit direction) before `tmax`.

@@ -6,6 +6,7 @@ use crate::exr::{pick, read_exr, write_exr};
 use crate::mesh::{parse_ply_mesh, write_mesh};
 use crate::read::{read_all, read_exact_hair, write_strands};
 use crate::rig_json::check_version;
+use crate::strand_ids::{encode_strand_ids, parse_strand_ids};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -19,7 +20,8 @@ const ORIENTATION: &str = "orientation.exr";
 const ORIENTATION_3D: &str = "orientation_3d.exr";
 const ENVELOPE: &str = "envelope.ply";
 const STRANDS: &str = "strands.hair";
-const PARTS: [&str; 5] = [DEPTH, ORIENTATION, ORIENTATION_3D, ENVELOPE, STRANDS];
+const STRAND_IDS: &str = "strand_ids.bin";
+const PARTS: [&str; 6] = [DEPTH, ORIENTATION, ORIENTATION_3D, ENVELOPE, STRANDS, STRAND_IDS];
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -41,12 +43,12 @@ pub(crate) fn join([x, y, z]: &[Plane<f32>; 3]) -> Plane<Vec3> {
 }
 
 /// Writes an estimate: `depth.exr` (Z: mm along the reference camera's +z, NaN where absent),
-/// `orientation.exr` (re, im), `orientation_3d.exr` (X, Y, Z; zero where absent), `envelope.ply` and
-/// `strands.hair` (mm, world), each only if present, and `estimate.json`, which lists them. Other files of an
-/// existing folder stay.
+/// `orientation.exr` (re, im), `orientation_3d.exr` (X, Y, Z; zero where absent), `envelope.ply`,
+/// `strands.hair` (mm, world) and `strand_ids.bin` ([`parse_strand_ids`]), each only if present, and
+/// `estimate.json`, which lists them. Other files of an existing folder stay.
 ///
 /// # Errors
-/// If strands or envelope are not valid (named), or a file cannot be written.
+/// If strands, their identities or the envelope are not valid (named), or a file cannot be written.
 pub fn write_estimate(dir: &Path, estimate: &Estimate) -> Result<()> {
     let e = estimate;
     let has = [
@@ -55,7 +57,9 @@ pub fn write_estimate(dir: &Path, estimate: &Estimate) -> Result<()> {
         e.orientation_3d.is_some(),
         e.envelope.is_some(),
         e.strands.is_some(),
+        e.strand_ids.is_some(),
     ];
+    e.validate_strand_ids().map_err(|m| IoError::new(&dir.join(STRAND_IDS), format!("not written: {m}")))?;
     let holds = PARTS.iter().zip(has).filter(|(_, has)| *has).map(|(p, _)| (*p).to_owned()).collect();
     let file = EstimateFile { format: FORMAT.into(), version: VERSION, holds };
     merge_folder(
@@ -77,6 +81,9 @@ pub fn write_estimate(dir: &Path, estimate: &Estimate) -> Result<()> {
             }
             if let Some(strands) = &e.strands {
                 write_strands(&tmp.join(STRANDS), strands)?;
+            }
+            if let Some(ids) = &e.strand_ids {
+                atomic_write(&tmp.join(STRAND_IDS), |w| w.write_all(&encode_strand_ids(ids)))?;
             }
             let text = serde_json::to_string_pretty(&file).expect("plain data") + "\n";
             atomic_write(&tmp.join(MANIFEST), |w| w.write_all(text.as_bytes()))
@@ -122,6 +129,11 @@ pub fn read_estimate(dir: &Path) -> Result<Estimate> {
     }
     if there(STRANDS) {
         e.strands = Some(read_exact_hair(&dir.join(STRANDS))?);
+    }
+    if there(STRAND_IDS) {
+        let path = dir.join(STRAND_IDS);
+        e.strand_ids = Some(parse_strand_ids(&read_all(&path)?).map_err(|f| f.in_file(&path))?);
+        e.validate_strand_ids().map_err(|m| IoError::new(&path, format!("{m}; write the folder again")))?;
     }
     Ok(e)
 }

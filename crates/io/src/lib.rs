@@ -21,6 +21,7 @@ mod png;
 mod read;
 mod resample;
 mod rig_json;
+mod strand_ids;
 mod strands;
 mod tfx;
 mod truth;
@@ -41,6 +42,7 @@ pub use png::{parse_png_grey, read_png_grey, write_png_grey, write_png_grey16, w
 pub use read::{MAX_FILE_BYTES, parse_strands, read_strands, write_strands};
 pub use resample::{MAX_CHORD_ERROR_MM, MAX_POINTS, resample};
 pub use rig_json::parse_rig;
+pub use strand_ids::parse_strand_ids;
 pub use strands::{MIN_RADIUS_MM, MIN_SEGMENT_MM, Radii, RawStrands};
 pub use tfx::parse_tfx;
 pub use truth::{read_truth, write_truth};

@@ -19,6 +19,7 @@ const PARSERS: &[(&str, Parser)] = &[
     ("exr", |b| parse_exr(b).is_ok()),
     ("png", |b| parse_png_grey(b).is_ok()),
     ("visibility", |b| parse_visibility(b).is_ok()),
+    ("strand ids", |b| parse_strand_ids(b).is_ok()),
     ("rig", |b| parse_rig(Path::new("rig.json"), b).is_ok()),
     ("frame", |b| parse_frame_json(Path::new("frame.json"), b).is_ok()),
 ];
@@ -69,6 +70,11 @@ fn seed(name: &str) -> Vec<u8> {
             b.extend([1u16, 0, 700].into_iter().flat_map(u16::to_le_bytes));
             b
         }
+        "strand ids" => {
+            let mut b = b"SBSTRID1".to_vec();
+            b.extend([1u32, 0, 2, 0, 5, 0, 6, 1].into_iter().flat_map(u32::to_le_bytes));
+            b
+        }
         "rig" => br#"{"format":"strandbench-rig","version":1,"near_mm":1.0,"far_mm":2.0,"frame_rate_hz":100,
             "exposure_s":0.001,"cameras":[{"name":"a","width":4,"height":3,"K":[[5,0,2],[0,5,1.5],[0,0,1]],
             "R":[[1,0,0],[0,1,0],[0,0,1]],"t_mm":[0,0,9]}]}"#
@@ -91,7 +97,8 @@ fn every_seed_is_valid_and_every_parser_refuses_nothing_at_all() {
 
 #[test]
 fn no_prefix_of_a_valid_file_harms_and_binary_prefixes_are_refused() {
-    let whole_only = ["hair", "monohair", "data", "tfx", "exr", "visibility", "rig", "frame", "ply strands"];
+    let whole_only =
+        ["hair", "monohair", "data", "tfx", "exr", "visibility", "strand ids", "rig", "frame", "ply strands"];
     for (name, parse) in PARSERS {
         let b = seed(name);
         for n in 0..b.len() {

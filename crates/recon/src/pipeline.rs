@@ -140,6 +140,7 @@ pub fn reconstruct(
         orientation: Some(orientation),
         orientation_3d: Some(orientation_3d),
         strands: None,
+        strand_ids: None,
     };
     Ok(Reconstruction { estimate, diagnostics })
 }

@@ -123,5 +123,6 @@ pub(crate) fn estimate(t: &Truth, e: &Estimate) -> Result<(), ScoreError> {
     if let Some(strands) = &e.strands {
         strands.validate().map_err(|m| ScoreError::Input(format!("the estimate's strands: {m}")))?;
     }
+    e.validate_strand_ids().map_err(|m| ScoreError::Input(format!("the estimate's strands: {m}")))?;
     Ok(())
 }

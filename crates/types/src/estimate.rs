@@ -113,4 +113,49 @@ pub struct Estimate {
     pub orientation_3d: Option<Plane<Vec3>>,
     /// Hair strands.
     pub strands: Option<StrandSet>,
+    /// Identity of each strand from frame to frame, as long as `strands` and without repetition; `None` where
+    /// the method keeps none.
+    pub strand_ids: Option<Vec<u64>>,
+}
+
+impl Estimate {
+    /// Says what is wrong with the strands' identities, if anything is: identities without strands, another
+    /// number of them, or one that two strands share.
+    pub fn validate_strand_ids(&self) -> Result<(), String> {
+        let Some(ids) = &self.strand_ids else { return Ok(()) };
+        let Some(strands) = &self.strands else {
+            return Err(format!("{} strand identities but no strands", ids.len()));
+        };
+        if ids.len() != strands.len() {
+            return Err(format!("{} strand identities for {} strands", ids.len(), strands.len()));
+        }
+        let mut sorted = ids.clone();
+        sorted.sort_unstable();
+        if let Some(w) = sorted.windows(2).find(|w| w[0] == w[1]) {
+            return Err(format!("two strands have the identity {}", w[0]));
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn identities_fit_the_strands_and_do_not_repeat() {
+        let mut strands = StrandSet::new();
+        strands.push(&[Vec3::ZERO, Vec3::X], 0.04);
+        strands.push(&[Vec3::ZERO, Vec3::Y], 0.04);
+        let with = |ids: &[u64], strands: Option<&StrandSet>| {
+            let e =
+                Estimate { strands: strands.cloned(), strand_ids: Some(ids.to_vec()), ..Estimate::default() };
+            e.validate_strand_ids()
+        };
+        assert_eq!(with(&[7, u64::MAX], Some(&strands)), Ok(()));
+        assert_eq!(Estimate::default().validate_strand_ids(), Ok(()));
+        assert!(with(&[7], Some(&strands)).unwrap_err().contains("1 strand identities for 2"));
+        assert!(with(&[7, 7], Some(&strands)).unwrap_err().contains("the identity 7"));
+        assert!(with(&[7, 8], None).unwrap_err().contains("no strands"));
+    }
 }

@@ -19,6 +19,7 @@ fn sample() -> Estimate {
             (0..48).map(|i| Vec3::new(i as f32, 0.0, -1.0)).collect(),
         )),
         strands: Some(strands),
+        strand_ids: Some(vec![u64::MAX - 1]),
     }
 }
 
@@ -27,7 +28,7 @@ fn each_subset_of_parts_comes_back_with_nothing_left_of_the_last() {
     let dir = tempfile::tempdir().unwrap();
     let out = dir.path().join("e");
     let mut seen = std::collections::HashSet::new();
-    for subset in (0..32u32).rev() {
+    for subset in (0..64u32).rev().filter(|s| s >> 5 == 0 || s >> 4 & 1 == 1) {
         let mut e = sample();
         let keep = |i: u32| subset >> i & 1 == 1;
         if !keep(0) {
@@ -45,11 +46,14 @@ fn each_subset_of_parts_comes_back_with_nothing_left_of_the_last() {
         if !keep(4) {
             e.strands = None;
         }
+        if !keep(5) {
+            e.strand_ids = None;
+        }
         write_estimate(&out, &e).unwrap();
         assert_eq!(read_estimate(&out).unwrap(), e, "subset {subset}");
         seen.insert(fs::read_dir(&out).unwrap().count());
     }
-    assert_eq!(seen.len(), 6, "1 to 6 files");
+    assert_eq!(seen.len(), 7, "1 to 7 files");
 }
 
 #[test]
@@ -141,7 +145,12 @@ fn each_fault_names_its_file() {
         STRANDS,
         "strand 0, point 0",
     );
+    let rewrite =
+        |ids: Vec<u64>| move |d: &Path| fs::write(d.join(STRAND_IDS), encode_strand_ids(&ids)).unwrap();
+    fails(&rewrite(vec![1, 2]), STRAND_IDS, "2 strand identities for 1 strands");
     let dir = tempfile::tempdir().unwrap();
+    let e = write_estimate(&dir.path().join("e"), &Estimate { strands: None, ..sample() }).unwrap_err();
+    assert!(e.path.ends_with(STRAND_IDS) && e.problem.contains("no strands"), "{e}");
     let mut bad = sample();
     bad.strands.as_mut().unwrap().points[1].y = f32::NAN;
     let e = write_estimate(&dir.path().join("e"), &bad).unwrap_err();

@@ -153,6 +153,7 @@ pub fn submission(truth: &Truth) -> Estimate {
         orientation: Some(OrientationField { re: line(f32::cos), im: line(f32::sin) }),
         orientation_3d: Some(v.orientation_3d.clone()),
         strands: None,
+        strand_ids: None,
     }
 }
 

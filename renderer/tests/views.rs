@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use std::sync::atomic::{AtomicU64, Ordering};
 use strandbench_renderer::marschner::{Angles, Fibre, Roots};
 use strandbench_renderer::{Render, RenderError, RenderScene, Settings, fibre_tangent};
-use strandbench_scenes::{AreaLight, FibreOptics, Pigment, Scene, Sensor, Surface};
+use strandbench_scenes::{AreaLight, FibreOptics, Pigment, RigMotion, Scene, Sensor, SkinOptics, Surface};
 use strandbench_types::{Camera, Monitor, Rig, Silent, StrandSet, TriMesh};
 
 const EYE: DVec3 = DVec3::new(0.0, 0.0, 900.0);
@@ -43,6 +43,10 @@ fn scene(strands: StrandSet, surfaces: Vec<Surface>, lights: Vec<AreaLight>, siz
         lights,
         calibrated_rig: rig.clone(),
         rig,
+        skin: SkinOptics::default(),
+        environment: None,
+        lens: None,
+        motion: RigMotion::default(),
         sensor: Sensor::default(),
         background_rgb: [0.0; 3],
         head_breadth_mm: 155.0,

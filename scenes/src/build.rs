@@ -1,5 +1,6 @@
 //! From a description to geometry, optics, lights and cameras.
 
+use crate::environment::environment;
 use crate::groom::{groom, standard_lognormal};
 use crate::head::Head;
 use crate::spec::{HairFileSpec, SceneSpec};
@@ -47,16 +48,28 @@ pub fn build(spec: &SceneSpec, seed: u64, base_dir: Option<&Path>) -> Result<Sce
         }
         (None, None) => unreachable!("checked: the scene has hair"),
     };
+    let environment = match &spec.environment {
+        None => None,
+        Some(e) => {
+            let file = e.file.as_deref().map(|f| base_dir.map_or_else(|| f.to_owned(), |b| b.join(f)));
+            let made = environment(e, file.as_deref());
+            Some(made.map_err(|p| fault(("environment.file".into(), p)))?)
+        }
+    };
     let rig = capture::rig(&spec.rig);
     Ok(Scene {
         name: spec.name.clone(),
         strands,
         pigments,
         optics: spec.optics,
+        skin: spec.skin,
         surfaces,
         lights: capture::lights(&spec.lights, &spec.rig),
         calibrated_rig: capture::calibrated(&rig, &spec.rig.calibration_error, seed),
         rig,
+        environment,
+        lens: capture::lens(&spec.rig),
+        motion: spec.rig.motion,
         sensor: spec.sensor.clone(),
         background_rgb: spec.background_rgb,
         head_breadth_mm: spec.head.breadth_mm,

@@ -1,7 +1,7 @@
 //! Cameras and lights from their parameters.
 
-use crate::AreaLight;
 use crate::spec::{CalibrationError, LightSpec, RigSpec};
+use crate::{AreaLight, Lens};
 use glam::{DMat3, DVec3, Vec3};
 use strandbench_rng::Rng;
 use strandbench_types::{Camera, Rig};
@@ -37,6 +37,14 @@ pub(crate) fn rig(spec: &RigSpec) -> Rig {
         frame_rate_hz: spec.frame_rate_hz,
         exposure_s: spec.exposure_s,
     }
+}
+
+/// The lens that every camera has, if the rig states one.
+pub(crate) fn lens(spec: &RigSpec) -> Option<Lens> {
+    spec.lens.map(|l| Lens {
+        aperture_radius_mm: 0.5 * l.focal_length_mm / l.f_number,
+        focus_mm: l.focus_mm.unwrap_or(spec.distance_mm),
+    })
 }
 
 /// The rig as calibration believes it to be; the reference is exact.

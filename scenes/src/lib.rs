@@ -9,6 +9,7 @@
 mod build;
 mod capture;
 mod catalog;
+mod environment;
 mod error;
 mod groom;
 mod head;
@@ -18,8 +19,12 @@ mod spec;
 pub use build::build;
 pub use catalog::{CatalogEntry, DEFAULT_SCENE, catalog};
 pub use error::SceneError;
-pub use scene::{AreaLight, FibreOptics, Pigment, Scene, Sensor, Surface};
+pub use scene::{
+    AreaLight, Environment, FibreOptics, Lens, OpticsModel, OpticsRoots, Pigment, RigMotion, Scene, Sensor,
+    SkinOptics, Surface,
+};
 pub use spec::{
-    CalibrationError, Clumping, Difficulty, Disorder, Family, Fringe, GroomSpec, HairFileSpec, HeadSpec,
-    LengthSpec, LightSpec, MAX_STRANDS, Parting, PigmentSpec, RigSpec, SceneSpec, StyleSpec, WaveSpec, parse,
+    CalibrationError, Clumping, Difficulty, Disorder, EnvironmentSpec, Family, Fringe, GroomSpec,
+    HairFileSpec, HeadSpec, LengthSpec, LensSpec, LightSpec, MAX_STRANDS, Parting, PigmentSpec, RigSpec,
+    SceneSpec, StyleSpec, WaveSpec, parse,
 };

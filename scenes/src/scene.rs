@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
-use strandbench_types::{Rig, StrandSet, TriMesh};
+use strandbench_types::{Plane, Rig, StrandSet, TriMesh};
 
 /// Melanin concentrations of a fibre (d'Eon et al. 2011; Chiang et al. 2016), dimensionless; the absorption
 /// coefficient is per fibre radius.
@@ -25,11 +25,39 @@ impl Pigment {
     }
 }
 
-/// Parameters of Marschner et al. 2003, Table 1.
+/// Which scattering model shades the fibres.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum OpticsModel {
+    /// Marschner et al. 2003: far field, averaged across the fibre's width.
+    #[default]
+    Marschner,
+    /// Chiang et al. 2016: near field, with the parameters of Mitsuba 3's `hair`.
+    Chiang,
+}
+
+/// How Marschner's azimuthal terms find the paths that leave at a given azimuth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum OpticsRoots {
+    /// Snell's law itself.
+    #[default]
+    Exact,
+    /// The cubic of Marschner et al. 2003, Eq. 10.
+    Cubic,
+}
+
+/// Optics of the fibres: a choice of model, and the models' parameters.
+///
+/// `index`, `shift_r_deg` and `width_r_deg` describe the fibre to both models. The keys from `glint_scale` to
+/// `rest` are Marschner's alone, those from `longitudinal_roughness` on Chiang's; a scene that sets a key of
+/// the other model is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct FibreOptics {
-    /// Index of refraction, 1.55.
+    /// `"marschner"` (the default) or `"chiang"`.
+    pub model: OpticsModel,
+    /// Index of refraction relative to what surrounds the fibre, 1.55.
     pub index: f32,
     /// Longitudinal shift of R in degrees, α_R: -10 to -5 (towards the root); TT is -α_R/2, TRT -3α_R/2.
     pub shift_r_deg: f32,
@@ -45,12 +73,59 @@ pub struct FibreOptics {
     pub caustic_limit: f32,
     /// Eccentricity a (major over minor axis), 0.85 to 1.
     pub eccentricity: f32,
+    /// `"exact"` (the default) or `"cubic"`.
+    pub roots: OpticsRoots,
+    /// Whether the paths of two and more inner reflections (p >= 3), which Marschner et al. leave out, are added
+    /// as a fourth lobe.
+    pub rest: bool,
+    /// Chiang's β_m, in (0, 1]; if absent, the one whose R lobe is as wide as `width_r_deg` says.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub longitudinal_roughness: Option<f32>,
+    /// Chiang's β_n, in (0, 1]; if absent 0.3.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub azimuthal_roughness: Option<f32>,
+    /// Tilt of the scales α in degrees with the sign that Mitsuba gives it: R moves by 2α towards the *tip*, so
+    /// hair has a negative one; if absent, `shift_r_deg`, which is the same quantity.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scale_tilt_deg: Option<f32>,
+    /// Whether the Bessel function is approximated as in Mitsuba 3, which is up to 0.6 % off; for comparisons
+    /// with it.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub mitsuba_bessel: bool,
+}
+
+impl FibreOptics {
+    /// The first key that is set to something else than its default although the chosen model does not have it.
+    pub fn foreign_key(&self) -> Option<&'static str> {
+        let d = FibreOptics::default();
+        let marschner = [
+            ("glint_scale", self.glint_scale != d.glint_scale),
+            ("caustic_width_deg", self.caustic_width_deg != d.caustic_width_deg),
+            ("fade_range", self.fade_range != d.fade_range),
+            ("caustic_limit", self.caustic_limit != d.caustic_limit),
+            ("eccentricity", self.eccentricity != d.eccentricity),
+            ("roots", self.roots != d.roots),
+            ("rest", self.rest != d.rest),
+        ];
+        let chiang = [
+            ("longitudinal_roughness", self.longitudinal_roughness.is_some()),
+            ("azimuthal_roughness", self.azimuthal_roughness.is_some()),
+            ("scale_tilt_deg", self.scale_tilt_deg.is_some()),
+            ("mitsuba_bessel", self.mitsuba_bessel),
+        ];
+        let foreign: &[(&'static str, bool)] = match self.model {
+            OpticsModel::Marschner => &chiang,
+            OpticsModel::Chiang => &marschner,
+        };
+        foreign.iter().find(|(_, set)| *set).map(|(key, _)| *key)
+    }
 }
 
 impl Default for FibreOptics {
     /// The middle of the ranges in Marschner et al. 2003, Table 1; a round fibre.
     fn default() -> FibreOptics {
         FibreOptics {
+            model: OpticsModel::Marschner,
             index: 1.55,
             shift_r_deg: -7.5,
             width_r_deg: 7.5,
@@ -59,6 +134,12 @@ impl Default for FibreOptics {
             fade_range: 0.3,
             caustic_limit: 0.5,
             eccentricity: 1.0,
+            roots: OpticsRoots::Exact,
+            rest: false,
+            longitudinal_roughness: None,
+            azimuthal_roughness: None,
+            scale_tilt_deg: None,
+            mitsuba_bessel: false,
         }
     }
 }
@@ -75,6 +156,72 @@ pub struct AreaLight {
     pub half_v_mm: Vec3,
     /// Emitted radiance, linear RGB.
     pub radiance_rgb: [f32; 3],
+}
+
+/// Light from infinitely far around the scene: radiance on a map of equal steps in azimuth (columns) and
+/// inclination (rows), constant within a texel; one texel is a constant environment.
+///
+/// With the scene's +y up, row 0 is around +y and the last row around -y. The middle of the columns lies towards
+/// +z, columns to the right of it turn towards -x, as a viewer inside who looks along +z sees it (the convention of
+/// Mitsuba's `envmap`). Cameras do not see it; they see the scene's background.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Environment {
+    /// Radiance, linear RGB.
+    pub radiance_rgb: Plane<[f32; 3]>,
+    /// By how much the map is turned about +y, degrees; 90 takes what was at +z to +x.
+    pub azimuth_deg: f32,
+}
+
+impl Environment {
+    /// The same radiance from everywhere.
+    pub fn constant(radiance_rgb: [f32; 3]) -> Environment {
+        Environment { radiance_rgb: Plane::filled(1, 1, radiance_rgb), azimuth_deg: 0.0 }
+    }
+}
+
+/// Optics of skin: a rough dielectric coat over Lambert's law.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SkinOptics {
+    /// Reflectance of the coat at normal incidence; 0 leaves the coat out, and skin is Lambert's law alone.
+    pub coat_reflectance: f32,
+    /// Roughness α of the coat's GGX distribution.
+    pub coat_roughness: f32,
+}
+
+impl Default for SkinOptics {
+    /// Index of refraction 1.4 (skin); a sheen as wide as on skin without make-up.
+    fn default() -> SkinOptics {
+        SkinOptics { coat_reflectance: 0.028, coat_roughness: 0.35 }
+    }
+}
+
+/// A thin lens with a round aperture, the same for every camera.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Lens {
+    /// Radius of the aperture, mm.
+    pub aperture_radius_mm: f64,
+    /// Depth along +z that is in focus, mm.
+    pub focus_mm: f64,
+}
+
+/// How the rig moves while the shutter is open; the cameras' stated pose is the one in the middle of the
+/// exposure.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RigMotion {
+    /// Velocity of every camera, mm/s, world axes.
+    pub velocity_mm_s: [f64; 3],
+    /// Turning of every camera about its own centre: axis (world) times speed, degrees per second.
+    pub turn_deg_s: [f64; 3],
+}
+
+impl RigMotion {
+    /// Whether nothing moves.
+    pub fn is_still(&self) -> bool {
+        self.velocity_mm_s == [0.0; 3] && self.turn_deg_s == [0.0; 3]
+    }
 }
 
 /// A solid surface, shaded with a diffuse and a weak specular term.
@@ -133,12 +280,20 @@ pub struct Scene {
     pub optics: FibreOptics,
     /// Head and shoulders; the first is the head.
     pub surfaces: Vec<Surface>,
+    /// Optics that all surfaces share.
+    pub skin: SkinOptics,
     /// Emitters.
     pub lights: Vec<AreaLight>,
+    /// Light from all around, if there is any.
+    pub environment: Option<Environment>,
     /// The rig as it is.
     pub rig: Rig,
     /// The rig as calibration believes it to be: what a method is given.
     pub calibrated_rig: Rig,
+    /// The cameras' lens; without one they are pinholes.
+    pub lens: Option<Lens>,
+    /// Motion of the rig during the exposure.
+    pub motion: RigMotion,
     /// The cameras' response and faults.
     pub sensor: Sensor,
     /// Radiance of the background, linear RGB.

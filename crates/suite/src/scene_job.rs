@@ -166,7 +166,8 @@ impl SceneJob {
     pub(crate) fn inputs(&self) -> Result<BTreeMap<String, String>, SuiteError> {
         let mut inputs = BTreeMap::from([("scene".to_owned(), hash::of_bytes(self.toml.as_bytes()))]);
         let hair = self.spec.hair_file.iter().map(|h| &h.path);
-        for file in hair.chain(&self.spec.head.mesh_file) {
+        let map = self.spec.environment.iter().filter_map(|e| e.file.as_ref());
+        for file in hair.chain(&self.spec.head.mesh_file).chain(map) {
             let file = self.base().unwrap_or(Path::new("")).join(file);
             inputs.insert(format!("file {}", file.display()), hash::of_file(&file)?);
         }

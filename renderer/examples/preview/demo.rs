@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use strandbench_rng::Rng;
-use strandbench_scenes::{AreaLight, FibreOptics, Pigment, Scene, Sensor, Surface};
+use strandbench_scenes::{AreaLight, FibreOptics, Pigment, RigMotion, Scene, Sensor, SkinOptics, Surface};
 use strandbench_types::{Camera, Rig, StrandSet, TriMesh};
 
 /// A ball of radius `r` mm of `n` by `2 n` facets.
@@ -74,6 +74,10 @@ pub fn tuft() -> Scene {
         lights: vec![light(-900.0, 700.0, 60.0), light(900.0, 700.0, 60.0), light(0.0, -300.0, 40.0)],
         calibrated_rig: rig.clone(),
         rig,
+        skin: SkinOptics::default(),
+        environment: None,
+        lens: None,
+        motion: RigMotion::default(),
         sensor: Sensor { full_scale_radiance: 1.0, ..Sensor::default() },
         background_rgb: [0.02; 3],
         head_breadth_mm: 155.0,

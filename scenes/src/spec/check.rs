@@ -1,6 +1,7 @@
 //! Ranges of a scene's values.
 
-use super::{GroomSpec, LightSpec, MAX_STRANDS, RigSpec, SceneSpec};
+use super::{EnvironmentSpec, GroomSpec, LightSpec, MAX_STRANDS, RigSpec, SceneSpec};
+use crate::OpticsModel;
 
 type Fault = (String, String);
 
@@ -68,6 +69,27 @@ impl SceneSpec {
         within("optics.fade_range", o.fade_range, 1e-3, 2.0)?;
         within("optics.caustic_limit", o.caustic_limit, 1e-3, 10.0)?;
         within("optics.eccentricity", o.eccentricity, 0.5, 1.0)?;
+        for (key, value, low, high) in [
+            ("optics.longitudinal_roughness", o.longitudinal_roughness, 0.01, 1.0),
+            ("optics.azimuthal_roughness", o.azimuthal_roughness, 0.01, 1.0),
+            ("optics.scale_tilt_deg", o.scale_tilt_deg, -20.0, 20.0),
+        ] {
+            if let Some(value) = value {
+                within(key, value, low, high)?;
+            }
+        }
+        if let Some(key) = o.foreign_key() {
+            let model = match o.model {
+                OpticsModel::Marschner => "marschner",
+                OpticsModel::Chiang => "chiang",
+            };
+            return Err((
+                format!("optics.{key}"),
+                format!("model \"{model}\" has no such parameter; remove it or choose the other model"),
+            ));
+        }
+        within("skin.coat_reflectance", self.skin.coat_reflectance, 0.0, 0.5)?;
+        within("skin.coat_roughness", self.skin.coat_roughness, 0.02, 1.0)?;
         let s = &self.sensor;
         within("sensor.full_scale_radiance", s.full_scale_radiance, 1e-9, 1e9)?;
         within("sensor.gain_spread", s.gain_spread, 0.0, 0.5)?;
@@ -79,7 +101,14 @@ impl SceneSpec {
             within("sensor.response_rgb", w, 0.0, 10.0)?;
         }
         self.rig.check()?;
-        self.lights.check()
+        if let Some(environment) = &self.environment {
+            environment.check()?;
+        }
+        self.lights.check()?;
+        if self.lights.count == 0 && self.environment.is_none() {
+            return Err(("lights.count".into(), "0 without [environment]: the scene would be dark".into()));
+        }
+        Ok(())
     }
 }
 
@@ -100,6 +129,15 @@ impl RigSpec {
         within("rig.near_mm", self.near_mm, 1.0, self.far_mm - 1.0)?;
         within("rig.frame_rate_hz", self.frame_rate_hz, 0.1, 1e5)?;
         within("rig.exposure_s", self.exposure_s, 0.0, 1.0 / self.frame_rate_hz)?;
+        for k in 0..3 {
+            within("rig.motion.velocity_mm_s", self.motion.velocity_mm_s[k], -1e6, 1e6)?;
+            within("rig.motion.turn_deg_s", self.motion.turn_deg_s[k], -1e5, 1e5)?;
+        }
+        if let Some(lens) = &self.lens {
+            within("rig.lens.f_number", lens.f_number, 0.5, 1000.0)?;
+            within("rig.lens.focal_length_mm", lens.focal_length_mm, 0.5, 2000.0)?;
+            within("rig.lens.focus_mm", lens.focus_mm.unwrap_or(self.distance_mm), 10.0, 1e6)?;
+        }
         let e = &self.calibration_error;
         within("rig.calibration_error.rotation_mdeg", e.rotation_mdeg, 0.0, 5000.0)?;
         within("rig.calibration_error.translation_mm", e.translation_mm, 0.0, 100.0)?;
@@ -107,9 +145,28 @@ impl RigSpec {
     }
 }
 
+impl EnvironmentSpec {
+    fn check(&self) -> Result<(), Fault> {
+        for (key, rgb) in [
+            ("environment.rgb", Some(self.rgb)),
+            ("environment.zenith_rgb", self.zenith_rgb),
+            ("environment.nadir_rgb", self.nadir_rgb),
+        ] {
+            for c in rgb.into_iter().flatten() {
+                within(key, c, 0.0, 1e6)?;
+            }
+        }
+        within("environment.azimuth_deg", self.azimuth_deg, -360.0, 360.0)?;
+        if self.file.is_some() && (self.zenith_rgb.is_some() || self.nadir_rgb.is_some()) {
+            return Err(("environment.file".into(), "a gradient is stated too; keep one of the two".into()));
+        }
+        Ok(())
+    }
+}
+
 impl LightSpec {
     fn check(&self) -> Result<(), Fault> {
-        within("lights.count", self.count, 1.0, 64.0)?;
+        within("lights.count", self.count, 0.0, 64.0)?;
         within("lights.distance_mm", self.distance_mm, 300.0, 1e5)?;
         within("lights.circle_mm", self.circle_mm, 0.0, 1e5)?;
         within("lights.first_deg", self.first_deg, -360.0, 360.0)?;

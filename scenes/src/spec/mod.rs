@@ -1,17 +1,19 @@
 //! What a scene file says.
 
 mod check;
+mod environment;
 mod groom;
 mod parse;
 mod rig;
 
+pub use environment::EnvironmentSpec;
 pub use groom::{
     Clumping, Disorder, Family, Fringe, GroomSpec, LengthSpec, MAX_STRANDS, Parting, StyleSpec, WaveSpec,
 };
 pub use parse::parse;
-pub use rig::{CalibrationError, LightSpec, RigSpec};
+pub use rig::{CalibrationError, LensSpec, LightSpec, RigSpec};
 
-use crate::{FibreOptics, Pigment, Sensor};
+use crate::{FibreOptics, Pigment, Sensor, SkinOptics};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use strandbench_io::ImportOptions;
@@ -63,12 +65,18 @@ pub struct SceneSpec {
     /// Optics of the fibres.
     #[serde(default)]
     pub optics: FibreOptics,
+    /// Optics of skin.
+    #[serde(default)]
+    pub skin: SkinOptics,
     /// Cameras.
     #[serde(default)]
     pub rig: RigSpec,
     /// Emitters.
     #[serde(default)]
     pub lights: LightSpec,
+    /// Light from all around.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub environment: Option<EnvironmentSpec>,
     /// The cameras' response and faults.
     #[serde(default)]
     pub sensor: Sensor,
@@ -165,8 +173,10 @@ impl SceneSpec {
             hair_file: Some(HairFileSpec { path, import, centre: true }),
             pigment: PigmentSpec::default(),
             optics: FibreOptics::default(),
+            skin: SkinOptics::default(),
             rig: RigSpec::default(),
             lights: LightSpec::default(),
+            environment: None,
             sensor: Sensor::default(),
         }
     }

@@ -1,5 +1,6 @@
 //! Parameters of cameras and lights.
 
+use crate::RigMotion;
 use serde::{Deserialize, Serialize};
 
 /// Four cameras in an upside-down T (Luo et al. 2013, section 4.1 and Fig. 3): the reference in the middle, one
@@ -45,6 +46,12 @@ pub struct RigSpec {
     pub frame_rate_hz: f64,
     /// Exposure time, s.
     pub exposure_s: f64,
+    /// Motion of the whole rig; matters through the exposure time.
+    #[serde(skip_serializing_if = "RigMotion::is_still")]
+    pub motion: RigMotion,
+    /// Lens with an aperture; pinholes without one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lens: Option<LensSpec>,
     /// Error of the calibration that methods are given.
     pub calibration_error: CalibrationError,
 }
@@ -65,9 +72,25 @@ impl Default for RigSpec {
             far_mm: 1100.0,
             frame_rate_hz: 100.0,
             exposure_s: 0.001,
+            motion: RigMotion::default(),
+            lens: None,
             calibration_error: CalibrationError::default(),
         }
     }
+}
+
+/// A thin lens. The circle of confusion of a point at depth z, px, is `focal_px` times the aperture's diameter
+/// times |1/z - 1/focus|; the diameter is `focal_length_mm / f_number`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LensSpec {
+    /// Aperture as f-number.
+    pub f_number: f64,
+    /// Focal length of the glass, mm: `focal_px` times the pixel's pitch.
+    pub focal_length_mm: f64,
+    /// Depth in focus, mm; the rig's distance if it is not stated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub focus_mm: Option<f64>,
 }
 
 /// Standard deviations of what calibration gets wrong about cameras 1 and up; the reference is the gauge and

@@ -1,3 +1,6 @@
+mod refusals;
+mod visibility;
+
 use super::*;
 use glam::{DVec2, DVec3, Vec3};
 use proptest::prelude::*;
@@ -127,72 +130,6 @@ fn orientation_is_a_mean_of_lines() {
     assert!(angle_of(&[at(20.0), at(110.0)]).1 < 1e-6);
 }
 
-/// Which of a 3.2 mm strand's samples are seen, from (arc length of hit, pixel) pairs.
-fn seen(rays: u16, hits: &[(f32, usize)]) -> Vec<u32> {
-    let mut strands = StrandSet::new();
-    // Two segments, of 1.2 and 2 mm; the middle of the image of two pixels lies at x = 0.
-    strands
-        .push(&[Vec3::new(-1.0, 0.0, 100.0), Vec3::new(0.2, 0.0, 100.0), Vec3::new(2.2, 0.0, 100.0)], 0.04);
-    let listed: Vec<_> = hits
-        .iter()
-        .map(|&(s, pixel)| {
-            let (segment, along) = if s < 1.2 { (0, s / 1.2) } else { (1, (s - 1.2) / 2.0) };
-            (pixel, SampleHit { strand: 0, segment, along, depth_mm: 100.0 })
-        })
-        .collect();
-    let t = truth(&rig(vec![camera("a", 2, 1)]), &strands, None, &[buffer(2, 1, rays, &listed)]).unwrap();
-    assert_eq!(t.visibility.offsets, [0, 6]);
-    t.visibility.seen_by
-}
-
-#[test]
-fn samples_are_seen_from_a_twentieth_of_a_pixel_on() {
-    // Stretches are 0-0.5, 0.5-1, ... and 2.5-3.2; with 20 rays one hit is 5 %.
-    assert_eq!(seen(20, &[(0.2, 0)]), [1, 0, 0, 0, 0, 0]);
-    assert_eq!(seen(20, &[(0.7, 0), (1.3, 1), (1.49, 1)]), [0, 1, 1, 0, 0, 0]);
-    assert_eq!(seen(20, &[(3.15, 1), (2.0, 1)]), [0, 0, 0, 0, 1, 1]);
-    // With 40 rays it takes two hits, which may lie in different pixels but not on different stretches.
-    assert_eq!(seen(40, &[(0.7, 0), (1.3, 1)]), [0; 6]);
-    assert_eq!(seen(40, &[(1.1, 0), (1.3, 1)]), [0, 0, 1, 0, 0, 0]);
-    // Three of sixty are one twentieth exactly.
-    assert_eq!(seen(60, &[(1.1, 0), (1.2, 0), (1.3, 1)]), [0, 0, 1, 0, 0, 0]);
-}
-
-#[test]
-fn each_hit_counts_by_the_rays_of_its_own_pixel() {
-    let mut strands = StrandSet::new();
-    strands.push(&[Vec3::new(-1.0, 0.0, 100.0), Vec3::new(0.4, 0.0, 100.0)], 0.04);
-    let at = |s: f32| SampleHit { strand: 0, segment: 0, along: s / 1.4, depth_mm: 100.0 };
-    let seen = |rays: [u16; 2]| {
-        let mut b = buffer(2, 1, 1, &[(0, at(0.6)), (1, at(0.9))]);
-        b.rays = rays.to_vec();
-        truth(&rig(vec![camera("a", 2, 1)]), &strands, None, &[b]).unwrap().visibility.seen_by
-    };
-    // 1/30 + 1/120 of a pixel is too little, 1/30 + 1/60 is exactly enough.
-    assert_eq!(seen([30, 120]), [0, 0, 0]);
-    assert_eq!(seen([120, 30]), [0, 0, 0]);
-    assert_eq!(seen([30, 60]), [0, 1, 0]);
-}
-
-#[test]
-fn cameras_have_their_own_bits_and_short_strands_none() {
-    let mut strands = ladder(1);
-    strands.push(&[Vec3::new(0.0, 0.0, 90.0), Vec3::new(0.2, 0.0, 90.0)], 0.04);
-    let listed = [(0, hit(0, 0.1, 100.0)), (0, hit(1, 0.5, 90.0))];
-    let t = truth(
-        &rig(vec![camera("a", 1, 1), camera("b", 1, 1)]),
-        &strands,
-        None,
-        &[buffer(1, 1, 2, &[]), buffer(1, 1, 2, &listed)],
-    )
-    .unwrap();
-    assert_eq!((t.visibility.offsets, t.visibility.seen_by), (vec![0, 4, 4], vec![2, 0, 0, 0]));
-    assert_eq!(t.views[1].depth_first.get(0, 0), Some(90.0));
-    for (length, samples) in [(0.0, 0), (0.24, 0), (0.25, 1), (0.74, 1), (0.75, 2), (10.0, 20)] {
-        assert_eq!(Visibility::samples_on(length), samples, "{length} mm at step {VISIBILITY_STEP_MM}");
-    }
-}
-
 /// Rays against capsules by brute force: strands of random slope, four rays a pixel.
 fn traced(seed: u64) -> (Rig, StrandSet, Vec<SampleHits>) {
     let (w, h) = (24, 16);
@@ -298,71 +235,4 @@ fn first_depth_is_not_behind_the_others_and_the_mask_is_where_half_is_covered() 
         }
         assert!(hair > 50);
     }
-}
-
-#[test]
-fn inconsistent_input_is_refused_and_named() {
-    let good = || buffer(1, 1, 4, &[(0, hit(0, 0.5, 100.0))]);
-    let run = |strands: &StrandSet, b: SampleHits| {
-        truth(&rig(vec![camera("a", 1, 1)]), strands, None, &[b]).map(|_| ()).unwrap_err().to_string()
-    };
-    let with = |change: fn(&mut SampleHits)| {
-        let mut b = good();
-        change(&mut b);
-        run(&ladder(1), b)
-    };
-    truth(&rig(vec![camera("a", 1, 1)]), &ladder(1), None, &[good()]).unwrap();
-    let cases: [(String, &str); 14] = [
-        (with(|b| b.hits[0].strand = 7), "strand 7, segment 0 names none of the 1 strands"),
-        (with(|b| b.hits[0].segment = 1), "names none of its 1 segments"),
-        (with(|b| b.hits[0].along = f32::NAN), "outside 0..1"),
-        (with(|b| b.hits[0].along = 1.5), "outside 0..1"),
-        (with(|b| b.hits[0].depth_mm = f32::NAN), "has depth NaN"),
-        (with(|b| b.hits[0].depth_mm = 101.0), "axis is at 100.000 mm"),
-        (with(|b| b.hits.clear()), "offsets run from 0 to 1 but there are 0 hits"),
-        (with(|b| b.offsets = vec![0, 9]), "offsets run from 0 to 9 but there are 1 hits"),
-        (with(|b| b.offsets = vec![0]), "1 pixels need as many"),
-        (with(|b| b.rays = vec![0]), "has 1 hits of 0 rays"),
-        (with(|b| b.width = 2), "it is 2x1"),
-        (run(&StrandSet::new(), good()), "no strands"),
-        (
-            run(
-                &{
-                    let mut s = ladder(1);
-                    s.points[0].x = f32::NAN;
-                    s
-                },
-                good(),
-            ),
-            "not finite",
-        ),
-        (
-            run(
-                &{
-                    let mut s = ladder(1);
-                    s.points[0].x = -3e8;
-                    s
-                },
-                good(),
-            ),
-            "check the unit",
-        ),
-    ];
-    for (got, want) in &cases {
-        assert!(got.contains(want), "{got:?} does not say {want:?}");
-    }
-    let e = truth(&rig(vec![camera("a", 1, 1)]), &ladder(1), None, &[]).unwrap_err();
-    assert!(e.to_string().contains("0 identity buffers"), "{e}");
-}
-
-#[test]
-fn a_hit_that_projects_far_from_its_pixel_is_refused() {
-    let mut s = StrandSet::new();
-    s.push(&[Vec3::new(-1.0, 0.0, 100.0), Vec3::new(9.0, 0.0, 100.0)], 0.04);
-    let b = buffer(1, 1, 4, &[(0, hit(0, 0.9, 100.0))]);
-    let e = truth(&rig(vec![camera("a", 1, 1)]), &s, None, &[b]).unwrap_err();
-    assert!(
-        e.to_string().contains("camera 0, pixel (0, 0)") && e.to_string().contains("projects to (8.50"),
-        "{e}"
-    );
 }

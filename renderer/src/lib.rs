@@ -6,7 +6,9 @@
 
 pub mod accel;
 mod build;
+pub mod chiang;
 pub mod cone;
+pub mod fibre;
 mod footprint;
 mod identity;
 mod light;
@@ -17,8 +19,10 @@ mod sampler;
 mod scene;
 mod sensor;
 mod skin;
+mod special;
 mod view;
 
+pub use fibre::{FibreModel, FibrePoint, Scattered, Toward};
 pub use identity::IdentityPlanes;
 pub use light::{Choice, LightSample, Lights};
 pub use scene::{RenderScene, fibre_tangent};

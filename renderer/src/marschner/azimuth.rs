@@ -13,6 +13,15 @@ pub enum Roots {
     Cubic,
 }
 
+impl From<strandbench_scenes::OpticsRoots> for Roots {
+    fn from(roots: strandbench_scenes::OpticsRoots) -> Roots {
+        match roots {
+            strandbench_scenes::OpticsRoots::Exact => Roots::Exact,
+            strandbench_scenes::OpticsRoots::Cubic => Roots::Cubic,
+        }
+    }
+}
+
 /// The caustic's parameters (Table 1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Caustic {
@@ -63,7 +72,7 @@ impl CrossSection {
     }
 
     /// Exit azimuth φ(p, γ_i) before wrapping, and its derivative by γ_i.
-    fn exit(&self, p: u32, gamma: f64) -> (f64, f64) {
+    pub(super) fn exit(&self, p: u32, gamma: f64) -> (f64, f64) {
         let pf = f64::from(p);
         match self.roots {
             Roots::Exact => {
@@ -102,13 +111,18 @@ impl CrossSection {
         self.turning().map(|g| self.exit(2, g).0)
     }
 
+    /// Fresnel reflectance at the entry, and at every inner reflection of the same path.
+    pub(super) fn reflectance(&self, gamma: f64) -> f64 {
+        reflectance(gamma.cos(), self.eta_prime, self.eta_second)
+    }
+
     /// Attenuation without absorption A(p, h): reflectance for p = 0, (1-F)² F^(p-1) else.
-    fn attenuation(&self, p: u32, gamma: f64) -> f64 {
-        let f = reflectance(gamma.cos(), self.eta_prime, self.eta_second);
+    pub(super) fn attenuation(&self, p: u32, gamma: f64) -> f64 {
+        let f = self.reflectance(gamma);
         if p == 0 { f } else { (1.0 - f).powi(2) * f.powi(p as i32 - 1) }
     }
 
-    fn length(&self, p: u32, gamma: f64) -> f64 {
+    pub(super) fn length(&self, p: u32, gamma: f64) -> f64 {
         let (_, cos_t) = self.sin_cos_t(gamma.sin());
         f64::from(p) * 2.0 * cos_t / self.cos_theta_t
     }

@@ -8,13 +8,19 @@
 
 mod azimuth;
 mod fresnel;
+mod rest;
+mod sampling;
 mod table;
+mod toward;
 
 pub use azimuth::{Caustic, CrossSection, Part, Roots};
 pub use fresnel::{bravais, reflectance};
 pub use table::{Azimuthal, Table, eccentric_indices};
+pub use toward::Toward;
 
 use crate::math::{acos, asin, exp};
+use rest::Rest;
+use sampling::Sampler;
 use strandbench_scenes::FibreOptics;
 
 /// Directions of light and camera relative to a fibre. The tangent points from root to tip.
@@ -30,18 +36,56 @@ pub struct Angles {
     pub cos_2phi_h: f32,
 }
 
+/// R, TT, TRT and the rest.
+pub const LOBES: usize = 4;
+
 /// A fibre type ready for shading.
 #[derive(Clone, Debug)]
 pub struct Fibre {
     table: Table,
-    /// Longitudinal shifts of R, TT, TRT, radians.
-    shifts: [f32; 3],
-    /// 1 / (2 β²) of R, TT, TRT.
-    sharpness: [f32; 3],
-    /// ½ / (β sqrt(2π)) of R, TT, TRT.
-    peaks: [f32; 3],
+    rest: Option<Rest>,
+    sampler: Sampler,
+    /// Longitudinal shifts, radians, indexed [lobe] as all that follow.
+    shifts: [f32; LOBES],
+    /// Longitudinal widths β, radians.
+    widths: [f32; LOBES],
+    /// 1 / (2 β²).
+    sharpness: [f32; LOBES],
+    /// ½ / (β sqrt(2π)).
+    peaks: [f32; LOBES],
+    /// Shortest way through the fibre, fibre radii.
+    shortest: [f32; LOBES],
     eta_mean: f32,
     eta_swing: f32,
+}
+
+/// The model's factors at one pair of directions, indexed [lobe].
+#[derive(Clone, Copy, Debug)]
+struct Parts {
+    /// M_p.
+    m: [f32; LOBES],
+    /// N_p without absorption.
+    n: [f32; LOBES],
+    /// Mean path length, fibre radii.
+    length: [f32; LOBES],
+    /// Variance of the path length.
+    variance: [f32; LOBES],
+}
+
+impl Parts {
+    /// Share of the light that absorption leaves, indexed [lobe][channel].
+    #[inline(always)]
+    fn passed(&self, absorption_rgb: [f32; 3]) -> [[f32; 3]; LOBES] {
+        let second_order = |p: usize| {
+            absorption_rgb.map(|sigma| {
+                let bent = -sigma * self.length[p] + 0.5 * sigma * sigma * self.variance[p];
+                // The expansion must not turn back up for strong absorption.
+                exp(bent.min(-0.75 * sigma * self.length[p]))
+            })
+        };
+        let rest = if self.n[3] > 0.0 { second_order(3) } else { [0.0; 3] };
+        [[1.0; 3], absorption_rgb.map(|sigma| exp(-sigma * self.length[1])), second_order(2), rest]
+    }
 }
 
 impl Fibre {
@@ -75,56 +119,74 @@ impl Fibre {
             ));
         }
         // Table 1: α_TT = -α_R / 2, α_TRT = -3 α_R / 2; β_TT = β_R / 2, β_TRT = 2 β_R.
-        let widths = [width, 0.5 * width, 2.0 * width];
+        let shifts = [shift, -0.5 * shift, -1.5 * shift, -2.5 * shift];
+        let widths = [width, 0.5 * width, 2.0 * width, 2.0 * width];
         let norm = (2.0 * std::f64::consts::PI).sqrt();
+        let table = Table::new(eta, a, &caustic, roots);
+        let rest = optics.rest.then(|| Rest::new(eta, roots, caustic.width));
+        let sampler = Sampler::new(&table, rest.as_ref(), |p, theta_h| {
+            let z = (theta_h - shifts[p]) / widths[p];
+            0.5 / (widths[p] * norm) * libm::exp(-0.5 * z * z)
+        });
+        // θ_d = 0 and |h| = 1: 2 cos γ_t a crossing.
+        let crossing = |eta: f64| 2.0 * (1.0 - 1.0 / (eta * eta)).sqrt();
+        let (all, trt) = (crossing(eta), crossing(e1.min(e2)));
         Ok(Fibre {
-            table: Table::new(eta, a, &caustic, roots),
-            shifts: [shift as f32, (-0.5 * shift) as f32, (-1.5 * shift) as f32],
+            table,
+            rest,
+            sampler,
+            shifts: shifts.map(|s| s as f32),
+            widths: widths.map(|b| b as f32),
             sharpness: widths.map(|b| (0.5 / (b * b)) as f32),
             peaks: widths.map(|b| (0.5 / (b * norm)) as f32),
+            shortest: [0.0, all as f32, (2.0 * trt) as f32, (3.0 * all) as f32],
             eta_mean: (0.5 * (e1 + e2)) as f32,
             eta_swing: (0.5 * (e1 - e2)) as f32,
         })
     }
 
-    /// The longitudinal terms M_R, M_TT, M_TRT at half angle θ_h, each with integral ½ over θ_h.
+    /// The longitudinal terms at half angle θ_h, each with integral ½ over θ_h.
     #[inline]
-    pub fn longitudinal(&self, theta_h: f32) -> [f32; 3] {
+    pub fn longitudinal(&self, theta_h: f32) -> [f32; LOBES] {
         std::array::from_fn(|p| {
             let d = theta_h - self.shifts[p];
             self.peaks[p] * exp(-d * d * self.sharpness[p])
         })
     }
 
+    #[inline(always)]
+    fn parts(&self, theta_h: f32, theta_d: f32, phi: f32, eta_star: f32) -> Parts {
+        let n = self.table.lookup(theta_d, phi, eta_star);
+        let rest = self.rest.as_ref().map_or(Default::default(), |r| r.lookup(theta_d, phi));
+        Parts {
+            m: self.longitudinal(theta_h),
+            n: [n.r, n.tt, n.trt, rest.weight],
+            length: [0.0, n.tt_length, n.trt_length, rest.length],
+            variance: [0.0, 0.0, n.trt_variance, rest.variance],
+        }
+    }
+
     /// S(ω_i, ω_r) in linear RGB, per steradian: the radiance averaged across the fibre's width is
     /// ∫ S L_i cos θ_i dω_i. `absorption_rgb` is σ_a per fibre radius.
     #[inline]
     pub fn scatter(&self, angles: &Angles, absorption_rgb: [f32; 3]) -> [f32; 3] {
-        let [r, tt, trt] = self.scatter_lobes(angles, absorption_rgb);
-        std::array::from_fn(|c| r[c] + tt[c] + trt[c])
+        let lobes = self.scatter_lobes(angles, absorption_rgb);
+        std::array::from_fn(|c| lobes.iter().map(|l| l[c]).sum())
     }
 
-    /// The parts R, TT and TRT of [`Fibre::scatter`].
+    /// The parts R, TT, TRT and rest of [`Fibre::scatter`]; the rest is 0 unless the optics ask for it.
     #[inline(always)]
-    pub fn scatter_lobes(&self, angles: &Angles, absorption_rgb: [f32; 3]) -> [[f32; 3]; 3] {
+    pub fn scatter_lobes(&self, angles: &Angles, absorption_rgb: [f32; 3]) -> [[f32; 3]; LOBES] {
         let (si, sr) = (angles.sin_i.clamp(-1.0, 1.0), angles.sin_r.clamp(-1.0, 1.0));
         let (ti, tr) = (asin(si), asin(sr));
-        let m = self.longitudinal(0.5 * (ti + tr));
         // cos²θ_d by the half-angle formula.
         let cos_2d = si * sr + ((1.0 - si * si) * (1.0 - sr * sr)).max(0.0).sqrt();
         let cos2_d = (0.5 * (1.0 + cos_2d)).max(1e-4);
-        let theta_d = 0.5 * (tr - ti).abs();
         let eta_star = self.eta_mean + angles.cos_2phi_h * self.eta_swing;
-        let n = self.table.lookup(theta_d, acos(angles.cos_phi), eta_star);
+        let parts = self.parts(0.5 * (ti + tr), 0.5 * (tr - ti).abs(), acos(angles.cos_phi), eta_star);
+        let passed = parts.passed(absorption_rgb);
         let inv = 1.0 / cos2_d;
-        let (r, tt, trt) = (m[0] * n.r * inv, m[1] * n.tt * inv, m[2] * n.trt * inv);
-        let tt_rgb = absorption_rgb.map(|sigma| tt * exp(-sigma * n.tt_length));
-        let trt_rgb = absorption_rgb.map(|sigma| {
-            let bent = -sigma * n.trt_length + 0.5 * sigma * sigma * n.trt_variance;
-            // The expansion must not turn back up for strong absorption.
-            trt * exp(bent.min(-0.75 * sigma * n.trt_length))
-        });
-        [[r; 3], tt_rgb, trt_rgb]
+        std::array::from_fn(|p| passed[p].map(|t| parts.m[p] * parts.n[p] * inv * t))
     }
 }
 

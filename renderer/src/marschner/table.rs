@@ -5,9 +5,9 @@ use rayon::prelude::*;
 use std::f64::consts::PI;
 
 /// Steps over φ in [0, π].
-const PHI_STEPS: usize = 192;
+pub(super) const PHI_STEPS: usize = 192;
 /// Steps over θ_d in [0, π/2].
-const THETA_STEPS: usize = 128;
+pub(super) const THETA_STEPS: usize = 128;
 /// Index slices of an elliptical fibre.
 const ECCENTRIC_SLICES: usize = 9;
 
@@ -128,19 +128,43 @@ impl Table {
         )
     }
 
+    /// Index slices: 1 for a round fibre.
+    pub(super) fn slices(&self) -> usize {
+        self.slices
+    }
+
+    /// The entry at a node, indexed [slice][θ_d][φ].
+    pub(super) fn cell(&self, slice: usize, j: usize, i: usize) -> &Azimuthal {
+        &self.cells[(slice * (THETA_STEPS + 1) + j) * (PHI_STEPS + 1) + i]
+    }
+
     #[inline]
     fn slice(&self, slice: usize, theta_d: f32, phi: f32) -> Azimuthal {
-        let y = theta_d * (THETA_STEPS as f32 / std::f32::consts::FRAC_PI_2);
-        let x = phi * (PHI_STEPS as f32 / std::f32::consts::PI);
-        let j = (y.max(0.0) as usize).min(THETA_STEPS - 1);
-        let i = (x.max(0.0) as usize).min(PHI_STEPS - 1);
-        let (ty, tx) = ((y - j as f32).clamp(0.0, 1.0), (x - i as f32).clamp(0.0, 1.0));
+        let ((j, ty), (i, tx)) = (row(theta_d), column(phi));
         let at = (slice * (THETA_STEPS + 1) + j) * (PHI_STEPS + 1) + i;
         let c = &self.cells[at..at + PHI_STEPS + 3];
         let top = Azimuthal::mix(&c[0], &c[1], tx);
         let bottom = Azimuthal::mix(&c[PHI_STEPS + 1], &c[PHI_STEPS + 2], tx);
         Azimuthal::mix(&top, &bottom, ty)
     }
+}
+
+/// Row and place between it and the next of a difference angle in [0, π/2].
+#[inline]
+pub(super) fn row(theta_d: f32) -> (usize, f32) {
+    place(theta_d * (THETA_STEPS as f32 / std::f32::consts::FRAC_PI_2), THETA_STEPS)
+}
+
+/// Column and place between it and the next of an azimuth in [0, π].
+#[inline]
+pub(super) fn column(phi: f32) -> (usize, f32) {
+    place(phi * (PHI_STEPS as f32 / std::f32::consts::PI), PHI_STEPS)
+}
+
+#[inline]
+fn place(x: f32, steps: usize) -> (usize, f32) {
+    let i = (x.max(0.0) as usize).min(steps - 1);
+    (i, (x - i as f32).clamp(0.0, 1.0))
 }
 
 /// The two indices between which η* of an elliptical fibre swings with the half angle φ_h

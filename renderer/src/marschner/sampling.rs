@@ -1,0 +1,137 @@
+//! What sampling needs of a fibre type: each lobe's azimuth by inversion of its table, and each lobe's energy.
+
+use super::LOBES;
+use super::rest::Rest;
+use super::table::{PHI_STEPS, THETA_STEPS, Table, column, row};
+use std::f64::consts::PI;
+
+const ROW: usize = PHI_STEPS + 1;
+/// Steps of the camera's inclination over [-π/2, π/2].
+const CAMERA_STEPS: usize = 96;
+/// Steps of the quadrature over θ_h.
+const HALF_STEPS: usize = 160;
+
+/// Azimuths distributed as each lobe's bilinear table is, without absorption: exactly, for a round fibre. TRT
+/// of an elliptical fibre depends on where the ellipse lies; there the mean of the index slices is drawn from.
+#[derive(Clone, Debug)]
+pub(super) struct Sampler {
+    /// N at the nodes, indexed [lobe][θ_d][φ].
+    nodes: Vec<f32>,
+    /// ∫ N from 0 to the node, indexed the same way.
+    sums: Vec<f32>,
+    /// ∫ N over all azimuths, indexed [θ_d][lobe].
+    energies: Vec<[f32; LOBES]>,
+    /// Energy that each lobe returns to a camera at θ_r without absorption, indexed [θ_r][lobe].
+    returned: Vec<[f32; LOBES]>,
+    /// Whether TRT is drawn from another table than it is evaluated with.
+    pub trt_differs: bool,
+}
+
+impl Sampler {
+    /// `longitudinal` is M_p at (lobe, θ_h).
+    pub fn new(table: &Table, rest: Option<&Rest>, longitudinal: impl Fn(usize, f64) -> f64) -> Sampler {
+        let rows = THETA_STEPS + 1;
+        let mut nodes = vec![0.0f32; LOBES * rows * ROW];
+        for j in 0..rows {
+            for i in 0..ROW {
+                let first = table.cell(0, j, i);
+                let trt = (0..table.slices()).map(|s| f64::from(table.cell(s, j, i).trt)).sum::<f64>()
+                    / table.slices() as f64;
+                let fourth = rest.map_or(0.0, |r| r.cells[j * ROW + i].weight);
+                for (lobe, n) in [first.r, first.tt, trt as f32, fourth].into_iter().enumerate() {
+                    nodes[(lobe * rows + j) * ROW + i] = n;
+                }
+            }
+        }
+        let step = PI / PHI_STEPS as f64;
+        let mut sums = vec![0.0f32; nodes.len()];
+        let mut energies = vec![[0.0f32; LOBES]; rows];
+        for (k, line) in nodes.chunks(ROW).enumerate() {
+            let mut sum = 0.0;
+            for i in 1..ROW {
+                sum += 0.5 * step * (f64::from(line[i - 1]) + f64::from(line[i]));
+                sums[k * ROW + i] = sum as f32;
+            }
+            energies[k % rows][k / rows] = (2.0 * sum) as f32;
+        }
+        let mut sampler =
+            Sampler { nodes, sums, energies, returned: Vec::new(), trt_differs: table.slices() > 1 };
+        sampler.returned = (0..=CAMERA_STEPS)
+            .map(|k| {
+                let theta_r = PI * (k as f64 / CAMERA_STEPS as f64 - 0.5);
+                sampler.integrate(theta_r, &longitudinal)
+            })
+            .collect();
+        sampler
+    }
+
+    /// ∫ M_p E_p(θ_d) cos²θ_i / cos²θ_d dθ_i.
+    fn integrate(&self, theta_r: f64, longitudinal: impl Fn(usize, f64) -> f64) -> [f32; LOBES] {
+        let mut sum = [0.0f64; LOBES];
+        let step = PI / HALF_STEPS as f64;
+        for k in 0..HALF_STEPS {
+            let theta_i = PI * ((k as f64 + 0.5) / HALF_STEPS as f64 - 0.5);
+            let theta_d = 0.5 * (theta_r - theta_i).abs();
+            let ratio = theta_i.cos() / theta_d.cos().max(1e-6);
+            let energy = self.energy(theta_d as f32);
+            for lobe in 0..LOBES {
+                let m = longitudinal(lobe, 0.5 * (theta_i + theta_r));
+                sum[lobe] += step * m * f64::from(energy[lobe]) * ratio * ratio;
+            }
+        }
+        sum.map(|s| s as f32)
+    }
+
+    /// ∫ N over all azimuths at a difference angle, without absorption.
+    #[inline]
+    pub fn energy(&self, theta_d: f32) -> [f32; LOBES] {
+        let (j, t) = row(theta_d);
+        let (a, b) = (&self.energies[j], &self.energies[j + 1]);
+        std::array::from_fn(|k| a[k] + (b[k] - a[k]) * t)
+    }
+
+    /// Energy returned to a camera at inclination `theta_r`, without absorption.
+    #[inline]
+    pub fn returned(&self, theta_r: f32) -> [f32; LOBES] {
+        let x = (theta_r / std::f32::consts::PI + 0.5) * CAMERA_STEPS as f32;
+        let k = (x.max(0.0) as usize).min(CAMERA_STEPS - 1);
+        let t = (x - k as f32).clamp(0.0, 1.0);
+        let (a, b) = (&self.returned[k], &self.returned[k + 1]);
+        std::array::from_fn(|p| a[p] + (b[p] - a[p]) * t)
+    }
+
+    /// The table that a lobe is drawn from, at (θ_d, φ).
+    #[inline]
+    pub fn node_value(&self, lobe: usize, theta_d: f32, phi: f32) -> f32 {
+        let ((j, ty), (i, tx)) = (row(theta_d), column(phi));
+        let at = (lobe * (THETA_STEPS + 1) + j) * ROW + i;
+        let c = &self.nodes[at..at + ROW + 2];
+        let (top, bottom) = (c[0] + (c[1] - c[0]) * tx, c[ROW] + (c[ROW + 1] - c[ROW]) * tx);
+        top + (bottom - top) * ty
+    }
+
+    /// An azimuth in [-π, π] with density N(φ) / ∫ N at this difference angle. `choice` picks side and row,
+    /// `u` the place. `None` where the lobe is empty.
+    #[inline]
+    pub fn azimuth(&self, lobe: usize, theta_d: f32, choice: f32, u: f32) -> Option<f32> {
+        let (j, t) = row(theta_d);
+        let (side, choice) =
+            if choice < 0.5 { (1.0, 2.0 * choice) } else { (-1.0, (2.0 * choice - 1.0).min(1.0)) };
+        let low = self.energies[j][lobe] * (1.0 - t);
+        let high = self.energies[j + 1][lobe] * t;
+        if low + high <= 0.0 {
+            return None;
+        }
+        let j = if choice * (low + high) < low { j } else { j + 1 };
+        let at = (lobe * (THETA_STEPS + 1) + j) * ROW;
+        let sums = &self.sums[at..at + ROW];
+        let target = u * sums[PHI_STEPS];
+        let i = sums.partition_point(|&s| s <= target).clamp(1, PHI_STEPS) - 1;
+        let step = std::f32::consts::PI / PHI_STEPS as f32;
+        let r = ((target - sums[i]) / step).max(0.0);
+        let (a, b) = (self.nodes[at + i], self.nodes[at + i + 1]);
+        // a x + (b - a) x² / 2 = r
+        let x = 2.0 * r / (a + (a * a + 2.0 * (b - a) * r).max(0.0).sqrt()).max(1e-30);
+        Some(side * (i as f32 + x.min(1.0)) * step)
+    }
+}

@@ -1,11 +1,10 @@
 //! A ray tracer for hair fibres and meshes with Marschner shading, and the cameras' imperfections.
 //!
 //! Fibres are chains of round cones (linear tubes with spherical joints), meshes are triangles, both in one
-//! obvhs BVH. Light is direct and shadowed; what fibres let through to other fibres is not followed, so
+//! tree of boxes. Light is direct and shadowed; what fibres let through to other fibres is not followed, so
 //! light hair comes out darker than in nature.
 
 pub mod accel;
-mod build;
 pub mod chiang;
 pub mod cone;
 pub mod fibre;
@@ -14,7 +13,6 @@ mod identity;
 mod light;
 pub mod marschner;
 mod math;
-mod node;
 mod sampler;
 mod scene;
 mod sensor;

@@ -1,0 +1,218 @@
+//! Building the tree from the top: each node's range of primitives is split in two by the surface area heuristic
+//! over bins of their boxes' centres (Wald 2007), the part with the largest area first, until there are eight.
+
+use super::bins::{Binning, Bins, Bounds, Prim, SURFACE, centre};
+use super::node::{LEAF, Node, WIDTH};
+use rayon::prelude::*;
+
+/// A run of primitives with what is known of it.
+#[derive(Clone, Copy, Debug)]
+struct Part {
+    from: usize,
+    to: usize,
+    bounds: Bounds,
+    centres: Bounds,
+    /// Splits above it.
+    level: u32,
+    /// Whether it holds no primitive twice, as far as is known.
+    distinct: bool,
+}
+
+impl Part {
+    fn of(prims: &[Prim], level: u32) -> Part {
+        let (mut bounds, mut centres) = (Bounds::NONE, Bounds::NONE);
+        for p in prims {
+            bounds.add(p.low, p.high);
+            let c = centre(p);
+            centres.add(c, c);
+        }
+        Part { from: 0, to: prims.len(), bounds, centres, level, distinct: false }
+    }
+
+    fn len(&self) -> usize {
+        self.to - self.from
+    }
+}
+
+/// Splits by area above a part after which it is halved by number: what is left then takes at most 28 more.
+const MOST_SPLITS: u32 = 40;
+/// Parts larger than this are binned and built on all threads.
+const PARALLEL: usize = 32_768;
+
+/// Moves primitives for which `upper` holds behind the others; the number of the others.
+fn partition(prims: &mut [Prim], upper: impl Fn(&Prim) -> bool) -> usize {
+    let (mut i, mut j) = (0, prims.len());
+    loop {
+        while i < j && !upper(&prims[i]) {
+            i += 1;
+        }
+        while i < j && upper(&prims[j - 1]) {
+            j -= 1;
+        }
+        if i == j {
+            return i;
+        }
+        prims.swap(i, j - 1);
+        i += 1;
+        j -= 1;
+    }
+}
+
+/// What the builder asks of primitives beyond their boxes: bits that are equal for coincident ones alone.
+pub(super) type Key<'a> = dyn Fn(&Prim) -> [u32; 8] + Sync + 'a;
+
+/// Moves primitives that coincide with one of a lower identity to the end; the number of the others.
+///
+/// Coincident primitives fall into leaves that every ray to one of them would have to test, and only the lowest of
+/// them can ever be the answer.
+fn without_copies(prims: &mut [Prim], key: &Key) -> usize {
+    let mut keyed: Vec<([u32; 8], Prim)> = prims.iter().map(|p| (key(p), *p)).collect();
+    keyed.par_sort_unstable_by_key(|(key, p)| (*key, p.owner, p.item));
+    let mut kept = 0;
+    let mut last = None;
+    let mut copies = Vec::new();
+    for (key, p) in keyed {
+        if last == Some(key) {
+            copies.push(p);
+        } else {
+            prims[kept] = p;
+            kept += 1;
+        }
+        last = Some(key);
+    }
+    prims[kept..].copy_from_slice(&copies);
+    kept
+}
+
+/// Splits a part of at least two primitives, of which `prims` are the primitives: its halves, or the part itself
+/// without copies.
+fn split(prims: &mut [Prim], part: &Part, key: &Key) -> (Part, Option<Part>) {
+    let mid = if part.len() <= WIDTH {
+        // Small enough for a leaf, so it is here because it is mixed.
+        partition(prims, |p| p.owner & SURFACE != 0)
+    } else {
+        let binning = Binning::new(&part.centres);
+        let bins = || {
+            if part.len() > 4 * PARALLEL {
+                prims.par_chunks(PARALLEL).map(|c| binning.fill(c)).reduce(|| Bins::EMPTY, Bins::merged)
+            } else {
+                binning.fill(prims)
+            }
+        };
+        match (part.level < MOST_SPLITS).then(bins).as_ref().and_then(Bins::cheapest) {
+            Some((axis, k)) => partition(prims, |p| binning.bin(centre(p)[axis], axis) >= k),
+            None => {
+                if !part.distinct {
+                    let kept = without_copies(prims, key);
+                    return (Part { to: part.from + kept, distinct: true, ..*part }, None);
+                }
+                halve(prims, &part.centres)
+            }
+        }
+    };
+    let half = |from: usize, to: usize| {
+        let p = Part::of(&prims[from..to], part.level + 1);
+        assert!(from < to, "a split of {} left one side empty", part.len());
+        Part { from: part.from + from, to: part.from + to, distinct: part.distinct, ..p }
+    };
+    (half(0, mid), Some(half(mid, prims.len())))
+}
+
+/// By number along the longest axis of the centres.
+fn halve(prims: &mut [Prim], centres: &Bounds) -> usize {
+    let extent = |k: usize| centres.high[k] - centres.low[k];
+    let axis = (0..3).fold(0, |a, b| if extent(b) > extent(a) { b } else { a });
+    let half = prims.len() / 2;
+    prims.select_nth_unstable_by(half, |a, b| {
+        centre(a)[axis].total_cmp(&centre(b)[axis]).then((a.owner, a.item).cmp(&(b.owner, b.item)))
+    });
+    half
+}
+
+/// A finished subtree: nodes with the root first, and the levels of nodes.
+pub(super) struct Tree {
+    pub nodes: Vec<Node>,
+    pub levels: usize,
+}
+
+/// The tree over `prims`, which it reorders. A child that is a leaf has in `children` the place of its first
+/// primitive with [`LEAF`] set, and their number in `counts`.
+pub(super) fn build(prims: &mut [Prim], key: &Key) -> Tree {
+    let whole = Part::of(prims, 0);
+    subtree(prims, whole, key)
+}
+
+/// Whether a part becomes a leaf.
+fn is_leaf(prims: &[Prim]) -> bool {
+    let first = prims[0].owner & SURFACE;
+    prims.len() <= WIDTH && prims.iter().all(|p| p.owner & SURFACE == first)
+}
+
+/// The parts that become the children of one node; `prims` starts with the first of `whole`.
+fn children(prims: &mut [Prim], whole: Part, key: &Key) -> Vec<Part> {
+    let start = whole.from;
+    let mut parts = vec![whole];
+    while parts.len() < WIDTH {
+        let mut widest: Option<usize> = None;
+        for (i, p) in parts.iter().enumerate() {
+            if !is_leaf(&prims[p.from - start..p.to - start])
+                && widest.is_none_or(|w| p.bounds.half_area() > parts[w].bounds.half_area())
+            {
+                widest = Some(i);
+            }
+        }
+        let Some(i) = widest else { break };
+        let part = parts[i];
+        let (low, high) = split(&mut prims[part.from - start..part.to - start], &part, key);
+        parts[i] = low;
+        if let Some(high) = high {
+            parts.insert(i + 1, high);
+        }
+    }
+    parts
+}
+
+fn subtree(prims: &mut [Prim], whole: Part, key: &Key) -> Tree {
+    let parts = children(prims, whole, key);
+    let mut node = Node::default();
+    let mut inner = Vec::new();
+    let (mut rest, mut at) = (prims, whole.from);
+    for (k, p) in parts.iter().enumerate() {
+        for axis in 0..3 {
+            node.planes[axis][0][k] = p.bounds.low[axis];
+            node.planes[axis][1][k] = p.bounds.high[axis];
+        }
+        let (own, after) = rest[p.from - at..].split_at_mut(p.len());
+        (rest, at) = (after, p.to);
+        if is_leaf(own) {
+            node.children[k] = LEAF | p.from as u32;
+            node.counts[k] = p.len() as u8;
+        } else {
+            inner.push((k, own, *p));
+        }
+    }
+    let n: usize = inner.iter().map(|(_, own, _)| own.len()).sum();
+    let make = |(k, own, p): (usize, &mut [Prim], Part)| (k, subtree(own, p, key));
+    let made: Vec<(usize, Tree)> = if n > PARALLEL {
+        inner.into_par_iter().map(make).collect()
+    } else {
+        inner.into_iter().map(make).collect()
+    };
+    let mut nodes = Vec::with_capacity(1 + made.iter().map(|(_, t)| t.nodes.len()).sum::<usize>());
+    nodes.push(node);
+    let mut levels = 0;
+    for (k, tree) in made {
+        let at = nodes.len() as u32;
+        nodes[0].children[k] = at;
+        levels = levels.max(tree.levels);
+        nodes.extend(tree.nodes.into_iter().map(|mut n| {
+            for c in 0..WIDTH {
+                if n.counts[c] == 0 {
+                    n.children[c] += at;
+                }
+            }
+            n
+        }));
+    }
+    Tree { nodes, levels: levels + 1 }
+}

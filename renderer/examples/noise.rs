@@ -83,8 +83,12 @@ fn run() -> Result<(), String> {
     for (first, most, target) in
         [(16, 16, 0.0), (32, 32, 0.0), (32, 64, 0.04), (32, 64, 0.03), (32, 64, 0.02), (32, 128, 0.02)]
     {
-        let settings =
-            Settings { samples_per_pixel: first, max_samples_per_pixel: most, noise_target: target };
+        let settings = Settings {
+            samples_per_pixel: first,
+            max_samples_per_pixel: most,
+            noise_target: target,
+            ..Settings::default()
+        };
         let t = now();
         let make = |seed| prepared.render(camera, &settings, seed, &Silent).map_err(|e| e.to_string());
         let (a, b) = (make(1)?, make(2)?);

@@ -11,6 +11,11 @@ pub(crate) struct Footprint {
 }
 
 impl Footprint {
+    /// All pixels, for cameras whose rays do not all leave one point.
+    pub fn everything(width: usize, height: usize) -> Footprint {
+        Footprint { width, covered: vec![true; width * height] }
+    }
+
     pub fn of(scene: &Scene, camera: &Camera) -> Footprint {
         let (width, height) = (camera.width as usize, camera.height as usize);
         let mut f = Footprint { width, covered: vec![false; width * height] };

@@ -1,31 +1,39 @@
 //! A ray tracer for hair fibres and meshes with Marschner shading, and the cameras' imperfections.
 //!
 //! Fibres are chains of round cones (linear tubes with spherical joints), meshes are triangles, both in one
-//! tree of boxes. Light is direct and shadowed; what fibres let through to other fibres is not followed, so
-//! light hair comes out darker than in nature.
+//! tree of boxes. Paths of light are traced from the camera through fibres and skin up to a stated number of
+//! scatterings, with light from rectangles and an environment drawn at every vertex.
 
 pub mod accel;
 pub mod chiang;
 pub mod cone;
+mod direct;
+mod environment;
 pub mod fibre;
 mod footprint;
 mod identity;
+mod lens;
 mod light;
 pub mod marschner;
 mod math;
+mod path;
 mod sampler;
 mod scene;
 mod sensor;
 mod skin;
 mod special;
+mod vertex;
 mod view;
 
 pub use fibre::{FibreModel, FibrePoint, Scattered, Toward};
+pub use direct::{Direct, Offsets, PointLight};
+pub use environment::{Sky, SkySample};
 pub use identity::IdentityPlanes;
-pub use light::{Choice, LightSample, Lights};
+pub use light::{Choice, LightSample, Lights, Mix, Strategy};
 pub use scene::{RenderScene, fibre_tangent};
 pub use sensor::{expose, gain};
-pub use skin::scatter as scatter_skin;
+pub use skin::{Skin, SkinToward};
+pub use vertex::SurfacePoint;
 
 use strandbench_types::{Cancelled, Plane, SampleHits};
 
@@ -39,6 +47,10 @@ pub enum RenderError {
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
 }
+
+/// Most scatterings that may be asked for; white fibres absorb nothing, and paths among them do not end by
+/// themselves.
+const MOST_DEPTH: u32 = 1024;
 
 /// How much work a render does.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -56,11 +68,30 @@ pub struct Settings {
     /// ten thousand rays a pixel, so render noise dominates, and the default is what the time of the main job
     /// allows. The example `noise` prints both.
     pub noise_target: f32,
+    /// Most scatterings of a path between light and camera: 1 is direct light alone (Mitsuba's `max_depth` is one
+    /// more). Light of more scatterings is left out.
+    pub depth: u32,
+    /// One camera ray of so many is followed beyond its first vertex, and counts that many times: light that has
+    /// been scattered often varies little. Lowered to a common divisor with the numbers of samples and 16.
+    pub indirect_every: u32,
+    /// How light is found.
+    pub strategy: Strategy,
+    /// Largest radiance, relative to the sensor's full scale, of what one followed ray brings from beyond its first
+    /// vertex; brighter ones are made darker, which is a bias. 0 switches it off.
+    pub clamp: f32,
 }
 
 impl Default for Settings {
     fn default() -> Settings {
-        Settings { samples_per_pixel: 32, max_samples_per_pixel: 64, noise_target: 0.04 }
+        Settings {
+            samples_per_pixel: 32,
+            max_samples_per_pixel: 64,
+            noise_target: 0.04,
+            depth: 8,
+            indirect_every: 8,
+            strategy: Strategy::Both,
+            clamp: 0.0,
+        }
     }
 }
 
@@ -75,6 +106,15 @@ impl Settings {
         }
         if !(self.noise_target >= 0.0 && self.noise_target.is_finite()) {
             return fail(format!("noise_target is {}; it must not be negative", self.noise_target));
+        }
+        if !(1..=MOST_DEPTH).contains(&self.depth) || !(1..=65_535).contains(&self.indirect_every) {
+            return fail(format!(
+                "depth is {} and indirect_every {}; the first lies in 1..{MOST_DEPTH}, the second in 1..65535",
+                self.depth, self.indirect_every
+            ));
+        }
+        if !(self.clamp >= 0.0 && self.clamp.is_finite()) {
+            return fail(format!("clamp is {}; it must be 0 (off) or positive", self.clamp));
         }
         if pixels as u64 * u64::from(first) > u64::from(u32::MAX) {
             return fail(format!(
@@ -105,6 +145,12 @@ pub struct Stats {
     pub primary_rays: u64,
     /// Shadow rays.
     pub shadow_rays: u64,
+    /// Rays in directions of scattering.
+    pub bounce_rays: u64,
+    /// Samples whose radiance was not finite, and counted as dark.
+    pub not_finite: u64,
+    /// Fibre segments that the camera's centre lies inside of; they do not hide anything from it.
+    pub fibres_at_eye: u64,
     /// Share of pixels that reached the noise target.
     pub converged: f64,
     /// Wall seconds.

@@ -1,7 +1,50 @@
-//! Rectangular one-sided lights, sampled uniformly over their area.
+//! Rectangular one-sided lights, sampled uniformly over their area, and the environment beside them.
+//!
+//! Lights neither hide what is behind them nor are seen by cameras; rays that scattering sends out see them.
 
+use crate::environment::Sky;
 use glam::Vec3;
 use strandbench_scenes::AreaLight;
+
+/// Which of two ways of finding light is used: drawing points on lights, or drawing directions from the
+/// scattering function. All give the same image in the mean.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Strategy {
+    /// Both, each light weighed by the balance heuristic (Veach and Guibas 1995); lights that are seen under a
+    /// small solid angle by points on them alone.
+    #[default]
+    Both,
+    /// Points on lights alone.
+    Lights,
+    /// Directions of scattering alone.
+    Scattering,
+}
+
+/// How the two ways share the light at one point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mix {
+    /// Which ways there are.
+    pub strategy: Strategy,
+    /// Directions of scattering drawn for each choice of lights, in the mean.
+    pub share: f32,
+}
+
+impl Mix {
+    /// Weight of a point on a light: `light` and `lobe` are the densities of both ways there.
+    #[inline]
+    fn of_light(&self, light: f32, lobe: f32) -> f32 {
+        match self.strategy {
+            Strategy::Lights => 1.0,
+            Strategy::Scattering => 0.0,
+            Strategy::Both => light / (light + self.share * lobe),
+        }
+    }
+}
+
+/// Area over squared distance below which [`Strategy::Both`] leaves a light to points on it: lobes of hair and
+/// skin rarely exceed a density of a few per steradian, so the other way's weight there would be small.
+const SMALL_SR: f32 = 0.1;
 
 /// A point on a light as seen from a shading point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,6 +56,8 @@ pub struct LightSample {
     /// Radiance times the light's cosine over squared distance, over the probability density: multiplied with
     /// the scattering function and the receiver's cosine it estimates the reflected radiance.
     pub weight_rgb: [f32; 3],
+    /// Density of the direction, per steradian.
+    pub pdf: f32,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -20,9 +65,13 @@ struct Emitter {
     centre: Vec3,
     half_u: Vec3,
     half_v: Vec3,
+    /// Reciprocal basis of the half edges.
+    across_u: Vec3,
+    across_v: Vec3,
     normal: Vec3,
     /// Radiance times area.
     power_rgb: [f32; 3],
+    area: f32,
     /// This light's share of [0, 1).
     start: f32,
     end: f32,
@@ -44,25 +93,49 @@ impl Emitter {
             return None;
         }
         let w = cos / d2;
-        Some(LightSample { direction, distance, weight_rgb: self.power_rgb.map(|p| p * w) })
+        let pdf = 1.0 / (self.area * w);
+        Some(LightSample { direction, distance, weight_rgb: self.power_rgb.map(|p| p * w), pdf })
+    }
+
+    /// Distance, and density of [`Emitter::sample`], where a ray meets the side that shines.
+    #[inline]
+    fn meet(&self, origin: Vec3, direction: Vec3) -> Option<(f32, f32)> {
+        let cos = -self.normal.dot(direction);
+        if cos <= 0.0 {
+            return None;
+        }
+        let distance = (origin - self.centre).dot(self.normal) / cos;
+        if distance <= 0.0 {
+            return None;
+        }
+        let on = origin + direction * distance - self.centre;
+        // Edges need not be perpendicular: coordinates by the reciprocal basis.
+        let (u, v) = (on.dot(self.across_u), on.dot(self.across_v));
+        if u.abs() > 1.0 || v.abs() > 1.0 {
+            return None;
+        }
+        Some((distance, distance * distance / (self.area * cos)))
+    }
+
+    #[inline]
+    fn is_small(&self, point: Vec3) -> bool {
+        self.area < SMALL_SR * (self.centre - point).length_squared()
     }
 }
 
 /// A light point chosen among one on each light, see [`Lights::choose`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Choice {
-    /// Index of the light among those that emit.
+    /// Index of the light among those that emit; the environment is behind the last.
     pub light: usize,
     /// Unit direction towards the point.
     pub direction: Vec3,
-    /// Distance, mm.
+    /// Distance, mm; infinite for the environment.
     pub distance: f32,
     /// Estimate of the reflected radiance before shadow, linear RGB.
     pub radiance_rgb: [f32; 3],
 }
 
-/// Points that [`Lights::choose`] draws.
-pub const DRAWS: usize = 2;
 /// Lights that [`Lights::choose`] weighs against each other; of more, one is drawn blindly.
 const WEIGHED: usize = 8;
 
@@ -70,6 +143,7 @@ const WEIGHED: usize = 8;
 #[derive(Clone, Debug, Default)]
 pub struct Lights {
     emitters: Vec<Emitter>,
+    sky: Option<Sky>,
 }
 
 impl Lights {
@@ -88,16 +162,21 @@ impl Lights {
             let across = l.half_u_mm.cross(l.half_v_mm);
             let area = 4.0 * across.length();
             let weight = area * l.radiance_rgb.iter().sum::<f32>();
-            if weight <= 0.0 {
+            // Also edges so short or so parallel that their product is lost to rounding.
+            if weight <= 0.0 || !(across.length_squared() > 0.0) {
                 continue;
             }
             weights.push(f64::from(weight));
+            let across2 = across.length_squared();
             emitters.push(Emitter {
                 centre: l.centre_mm,
                 half_u: l.half_u_mm,
                 half_v: l.half_v_mm,
+                across_u: l.half_v_mm.cross(across) / across2,
+                across_v: across.cross(l.half_u_mm) / across2,
                 normal: across.normalize(),
                 power_rgb: l.radiance_rgb.map(|r| r * area),
+                area,
                 end: 1.0,
                 start: 0.0,
             });
@@ -109,17 +188,22 @@ impl Lights {
             before += w;
             e.end = (before / total) as f32;
         }
-        Ok(Lights { emitters })
+        Ok(Lights { emitters, sky: None })
     }
 
-    /// Whether no light emits.
+    /// The same lights below an environment.
+    pub fn with_sky(self, sky: Option<Sky>) -> Lights {
+        Lights { sky, ..self }
+    }
+
+    /// Whether nothing emits.
     pub fn is_empty(&self) -> bool {
-        self.emitters.is_empty()
+        self.len() == 0
     }
 
-    /// How many lights emit.
+    /// How many lights emit, the environment among them.
     pub fn len(&self) -> usize {
-        self.emitters.len()
+        self.emitters.len() + usize::from(self.sky.is_some())
     }
 
     /// A point on a light for `u` in [0, 1)³ (choice in proportion to area times radiance, position); `None` if
@@ -129,6 +213,7 @@ impl Lights {
         let e = self.emitters.get(self.draw(u[0]))?;
         let mut s = e.sample([u[1], u[2]], point)?;
         s.weight_rgb = s.weight_rgb.map(|w| w / (e.end - e.start));
+        s.pdf *= e.end - e.start;
         Some(s)
     }
 
@@ -136,45 +221,63 @@ impl Lights {
         self.emitters.iter().position(|e| u < e.end).unwrap_or(self.emitters.len().saturating_sub(1))
     }
 
-    /// One of the points that `u` (in [0, 1)³: choice, position) names on each light, drawn in proportion to what
-    /// it would reflect: `reflect` gives scattering times the receiver's cosine towards a direction. Its mean over
-    /// `u` is the sum over all lights (importance resampling with one candidate a light, Talbot et al. 2005), as
-    /// long as what is in the way is taken into account afterwards. Where that sum stays below `dim` the point is
-    /// left out more often the dimmer it is, and made brighter in turn. `None` if nothing is drawn.
+    /// At most `DRAWS` of the points that `u` (in [0, 1)³: choice, position) names on each light, drawn in
+    /// proportion to what they would reflect: `lobe` gives scattering times the receiver's cosine towards a
+    /// direction, and, if asked, the density with which scattering draws it. Its mean over `u` is the sum over all lights
+    /// (importance resampling with one candidate a light, Talbot et al. 2005), each candidate times its weight in
+    /// `mix`, as long as what is in the way is taken into account afterwards. Where that sum stays below `dim`
+    /// points are left out more often the dimmer it is, and made brighter in turn.
     #[inline(always)]
-    pub fn choose(
+    pub fn choose<const DRAWS: usize>(
         &self,
         u: [f32; 3],
         point: Vec3,
         dim: f32,
-        reflect: impl Fn(Vec3) -> [f32; 3],
+        mix: Mix,
+        lobe: impl Fn(Vec3, bool) -> ([f32; 3], f32),
     ) -> [Option<Choice>; DRAWS] {
-        let candidate = |light: usize, s: LightSample| {
-            let f = reflect(s.direction);
+        let mut drawn = [None; DRAWS];
+        if mix.strategy == Strategy::Scattering {
+            return drawn;
+        }
+        let candidate = |light: usize, s: LightSample, small: bool| {
+            let alone = small || mix.strategy == Strategy::Lights;
+            let (f, pdf) = lobe(s.direction, !alone);
+            let weight = if alone { 1.0 } else { mix.of_light(s.pdf, pdf) };
             Choice {
                 light,
                 direction: s.direction,
                 distance: s.distance,
-                radiance_rgb: std::array::from_fn(|c| f[c] * s.weight_rgb[c]),
+                radiance_rgb: std::array::from_fn(|c| f[c] * s.weight_rgb[c] * weight),
             }
         };
         let mean = |c: &Choice| c.radiance_rgb.iter().sum::<f32>() * (1.0 / 3.0);
-        let mut candidates = [None; WEIGHED];
+        let mut candidates = [None; WEIGHED + 1];
         let mut u0 = u[0];
         if self.emitters.len() > WEIGHED {
             let light = self.draw(u0);
-            candidates[0] = self.sample(u, point).map(|s| candidate(light, s));
             let e = &self.emitters[light];
-            u0 = (u0 - e.start) / (e.end - e.start);
+            candidates[0] = self.sample(u, point).map(|s| candidate(light, s, e.is_small(point)));
+            u0 = ((u0 - e.start) / (e.end - e.start)).clamp(0.0, 1.0);
         } else {
             for (i, e) in self.emitters.iter().enumerate() {
-                candidates[i] = e.sample([u[1], u[2]], point).map(|s| candidate(i, s));
+                let s = e.sample([u[1], u[2]], point);
+                candidates[i] = s.map(|s| candidate(i, s, e.is_small(point)));
             }
+        }
+        if let Some(sky) = &self.sky {
+            let s = sky.sample([u[1], u[2]]);
+            let s = LightSample {
+                direction: s.direction,
+                distance: f32::INFINITY,
+                weight_rgb: s.weight_rgb,
+                pdf: s.pdf,
+            };
+            candidates[WEIGHED] = Some(candidate(self.emitters.len(), s, false));
         }
         let shares = candidates.map(|c| c.as_ref().map_or(0.0, mean));
         let total: f32 = shares.iter().sum();
-        let mut drawn = [None; DRAWS];
-        if total <= 0.0 {
+        if !(total > 0.0) {
             return drawn;
         }
         // Evenly spaced marks over the shares; what dim lights leave of the range is nobody's.
@@ -200,11 +303,66 @@ impl Lights {
         }
         drawn
     }
+
+    /// Whether `mix` leaves any light at `point` to directions of scattering.
+    #[inline]
+    pub fn leaves(&self, point: Vec3, mix: Mix) -> bool {
+        match mix.strategy {
+            Strategy::Lights => false,
+            Strategy::Scattering => !self.is_empty(),
+            Strategy::Both => self.sky.is_some() || self.emitters.iter().any(|e| !e.is_small(point)),
+        }
+    }
+
+    /// Whether a ray from `origin` in a direction of scattering could find light that `mix` leaves to it.
+    #[inline]
+    pub fn reach(&self, origin: Vec3, direction: Vec3, mix: Mix) -> bool {
+        mix.strategy != Strategy::Lights
+            && (self.sky.is_some()
+                || self.emitters.iter().any(|e| {
+                    !(mix.strategy == Strategy::Both && e.is_small(origin))
+                        && e.meet(origin, direction).is_some()
+                }))
+    }
+
+    /// The light that a ray in a direction of scattering, of density `pdf`, finds before `distance` (infinite if
+    /// the ray meets nothing), each light times its weight in `mix`.
+    #[inline]
+    pub fn seen(&self, origin: Vec3, direction: Vec3, distance: f32, pdf: f32, mix: Mix) -> [f32; 3] {
+        let mut rgb = [0.0; 3];
+        if mix.strategy == Strategy::Lights {
+            return rgb;
+        }
+        let blind = self.emitters.len() > WEIGHED;
+        let both = mix.strategy == Strategy::Both;
+        for e in &self.emitters {
+            if both && e.is_small(origin) {
+                continue;
+            }
+            if let Some((t, density)) = e.meet(origin, direction)
+                && t < distance
+            {
+                let density = if blind { density * (e.end - e.start) } else { density };
+                let weight = (1.0 - mix.of_light(density, pdf)) / e.area;
+                rgb = std::array::from_fn(|c| rgb[c] + e.power_rgb[c] * weight);
+            }
+        }
+        if let Some(sky) = &self.sky
+            && distance == f32::INFINITY
+        {
+            let (radiance, density) = sky.radiance_pdf(direction);
+            let weight = 1.0 - mix.of_light(density, pdf);
+            rgb = std::array::from_fn(|c| rgb[c] + radiance[c] * weight);
+        }
+        rgb
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const DRAWS: usize = 2;
 
     /// `n` lights around +z, of different sizes and colours.
     fn lights(n: usize) -> Lights {
@@ -248,10 +406,12 @@ mod tests {
                 }
             }
             let sampler = crate::sampler::PixelSampler::new(n as u64);
+            let only = Mix { strategy: Strategy::Lights, share: 1.0 };
             let rays = 65_536u32;
             let mut drawn = 0;
             for i in 0..rays {
-                let choices = lights.choose(sampler.light(i), Vec3::ZERO, dim, reflect);
+                let choices =
+                    lights.choose::<DRAWS>(sampler.light(i), Vec3::ZERO, dim, only, |d, _| (reflect(d), 0.0));
                 drawn += choices.iter().flatten().count();
                 for k in 0..3 {
                     let seen = choices.iter().flatten().filter(|c| seen(c.direction));

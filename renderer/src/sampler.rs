@@ -65,7 +65,7 @@ fn unit(x: u32) -> f32 {
 /// The sample points of one pixel; indices below 2^16.
 #[derive(Clone, Copy, Debug)]
 pub struct PixelSampler {
-    seeds: [u32; 7],
+    seeds: [u32; 21],
 }
 
 impl PixelSampler {
@@ -90,8 +90,34 @@ impl PixelSampler {
     /// Choice of a light, and the position on it, in [0, 1)³.
     #[inline]
     pub fn light(&self, index: u32) -> [f32; 3] {
-        let i = PixelSampler::shuffle(index, self.seeds[3]);
-        std::array::from_fn(|d| unit(owen(sobol(i, d), self.seeds[4 + d])))
+        self.three(index, 3)
+    }
+
+    /// Position on the lens and time of the exposure, in [0, 1)³.
+    #[inline]
+    pub fn lens(&self, index: u32) -> [f32; 3] {
+        self.three(index, 7)
+    }
+
+    /// Direction of the first scattering, in [0, 1)⁴: the third number is apart from the others, which are a net.
+    #[inline]
+    pub fn scattering(&self, index: u32) -> [f32; 4] {
+        let [a, b, d] = self.three(index, 11);
+        let i = PixelSampler::shuffle(index, self.seeds[15]);
+        [a, b, unit(owen(sobol(i, 0), self.seeds[16])), d]
+    }
+
+    /// As [`PixelSampler::light`], at the second scattering.
+    #[inline]
+    pub fn second_light(&self, index: u32) -> [f32; 3] {
+        self.three(index, 17)
+    }
+
+    /// The first three dimensions, shuffled and scrambled by four seeds from `at`.
+    #[inline(always)]
+    fn three(&self, index: u32, at: usize) -> [f32; 3] {
+        let i = PixelSampler::shuffle(index, self.seeds[at]);
+        std::array::from_fn(|d| unit(owen(sobol(i, d), self.seeds[at + 1 + d])))
     }
 }
 
@@ -135,22 +161,25 @@ mod tests {
     #[test]
     fn points_are_uniform_and_uncorrelated_over_keys() {
         let n = 40_000u64;
-        let mut sums = [0.0f64; 5];
-        let mut products = [[0.0f64; 5]; 5];
+        let mut sums = [0.0f64; 15];
+        let mut products = [[0.0f64; 15]; 15];
         for key in 0..n {
             let s = PixelSampler::new(key);
             let (f, l) = (s.film(3), s.light(3));
-            let v = [f[0], f[1], l[0], l[1], l[2]].map(|x| f64::from(x) - 0.5);
-            for a in 0..5 {
+            let (n, d, e) = (s.lens(3), s.scattering(3), s.second_light(3));
+            let all: Vec<f64> =
+                [&f[..], &l, &n, &d, &e].concat().iter().map(|&x| f64::from(x) - 0.5).collect();
+            let v: [f64; 15] = all.try_into().unwrap();
+            for a in 0..15 {
                 sums[a] += v[a];
-                for b in 0..5 {
+                for b in 0..15 {
                     products[a][b] += v[a] * v[b];
                 }
             }
         }
         // Five standard errors: a mean of n uniforms has sqrt(1/12n), a product of two 1/(12 sqrt n).
         let limit = 5.0 / (12.0 * (n as f64)).sqrt();
-        for a in 0..5 {
+        for a in 0..15 {
             assert!((sums[a] / n as f64).abs() < limit, "mean of {a}");
             for b in 0..a {
                 let c = products[a][b] / n as f64;

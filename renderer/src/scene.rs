@@ -1,11 +1,13 @@
 //! A scene prepared for rendering: acceleration structure, fibre tables, lights, normals.
 
 use crate::RenderError;
-use crate::accel::{Accel, Hit, LastBlockers, Skip};
-use crate::light::{Choice, Lights};
-use crate::marschner::{Angles, Fibre, Roots};
-use crate::skin;
+use crate::accel::Accel;
+use crate::environment::Sky;
+use crate::fibre::FibreModel;
+use crate::light::Lights;
+use crate::skin::Skin;
 use glam::Vec3;
+use rayon::prelude::*;
 use strandbench_scenes::Scene;
 use strandbench_types::StrandSet;
 
@@ -13,14 +15,17 @@ use strandbench_types::StrandSet;
 pub struct RenderScene<'a> {
     pub(crate) scene: &'a Scene,
     pub(crate) accel: Accel,
-    fibre: Fibre,
+    pub(crate) fibre: FibreModel,
+    /// Whether fibres are elliptical, so that their major axis matters.
+    pub(crate) elliptic: bool,
+    /// Whether a segment's own direction is its tangent.
+    pub(crate) flat: bool,
+    pub(crate) skin: Skin,
     pub(crate) lights: Lights,
-    /// Radiance below which light is sampled more rarely.
-    dim: f32,
     /// Absorption per fibre radius, indexed [strand].
-    absorption: Vec<[f32; 3]>,
+    pub(crate) absorption: Vec<[f32; 3]>,
     /// Vertex normals, indexed [surface][vertex].
-    normals: Vec<Vec<Vec3>>,
+    pub(crate) normals: Vec<Vec<Vec3>>,
 }
 
 impl<'a> RenderScene<'a> {
@@ -60,13 +65,36 @@ impl<'a> RenderScene<'a> {
         if s.response_rgb.iter().any(|&w| !(w >= 0.0 && w.is_finite())) {
             return Err(fail("the sensor's response_rgb is negative or not finite".into()));
         }
+        if let Some(l) = &scene.lens
+            && !(l.aperture_radius_mm >= 0.0
+                && l.aperture_radius_mm < 1e4
+                && l.focus_mm > 0.0
+                && l.focus_mm < 1e9)
+        {
+            return Err(fail(format!(
+                "the lens has an aperture radius of {} mm and focuses at {} mm; the first lies in 0..1e4, the second \
+                 above 0",
+                l.aperture_radius_mm, l.focus_mm
+            )));
+        }
+        let m = &scene.motion;
+        let exposure = scene.rig.exposure_s;
+        if m.velocity_mm_s.iter().chain(&m.turn_deg_s).any(|v| !(v.abs() * exposure.max(1e-6) <= 1e6)) {
+            return Err(fail("the rig's motion or exposure time is not finite, or without bounds".into()));
+        }
+        let sky = match &scene.environment {
+            None => None,
+            Some(map) => Sky::new(map).map_err(&fail)?,
+        };
         let meshes: Vec<_> = scene.surfaces.iter().map(|s| &s.mesh).collect();
         Ok(RenderScene {
             scene,
             accel: Accel::new(&scene.strands, &meshes)?,
-            fibre: Fibre::new(&scene.optics, Roots::Exact).map_err(&fail)?,
-            lights: Lights::new(&scene.lights).map_err(&fail)?,
-            dim: DIM * s.full_scale_radiance,
+            fibre: FibreModel::new(&scene.optics).map_err(&fail)?,
+            elliptic: scene.optics.eccentricity != 1.0,
+            flat: false,
+            skin: Skin::new(&scene.skin).map_err(&fail)?,
+            lights: Lights::new(&scene.lights).map_err(&fail)?.with_sky(sky),
             absorption,
             normals: meshes.iter().map(|m| m.vertex_normals()).collect(),
         })
@@ -77,95 +105,41 @@ impl<'a> RenderScene<'a> {
         &self.accel
     }
 
-    /// One estimate of the radiance that leaves `hit` against the ray: direct light from one light point.
-    pub(crate) fn shade(
-        &self,
-        hit: &Hit,
-        origin: Vec3,
-        direction: Vec3,
-        u: [f32; 3],
-        blockers: &mut [LastBlockers],
-        shadow_rays: &mut u64,
-    ) -> [f32; 3] {
-        match *hit {
-            Hit::Fibre { t, strand, point, along } => {
-                let p = origin + direction * t;
-                let tangent = fibre_tangent(&self.scene.strands, strand, point, along);
-                let to_camera = -direction;
-                let sin_r = to_camera.dot(tangent);
-                let cos_r = (1.0 - sin_r * sin_r).max(0.0).sqrt();
-                let absorption = self.absorption[strand as usize];
-                let reflect = |to_light: Vec3| {
-                    let sin_i = to_light.dot(tangent);
-                    let cos_i = (1.0 - sin_i * sin_i).max(0.0).sqrt();
-                    let across = cos_i * cos_r;
-                    let cos_phi = if across > 1e-6 {
-                        ((to_light.dot(to_camera) - sin_i * sin_r) / across).clamp(-1.0, 1.0)
-                    } else {
-                        1.0
-                    };
-                    let cos_2phi_h = if self.scene.optics.eccentricity == 1.0 {
-                        0.0
-                    } else {
-                        cos_2phi_h(tangent, strand, to_light, to_camera)
-                    };
-                    let angles = Angles { sin_i, sin_r, cos_phi, cos_2phi_h };
-                    self.fibre.scatter(&angles, absorption).map(|s| s * cos_i)
-                };
-                let radius = self.scene.strands.radii_mm[point as usize];
-                let skip = Skip { strand, point, near_mm: 4.0 * radius };
-                let choices = self.lights.choose(u, p, self.dim, reflect);
-                self.unshadowed(p, &choices, Some(skip), blockers, shadow_rays)
-            }
-            Hit::Mesh { t, surface, triangle, uv } => {
-                let s = &self.scene.surfaces[surface as usize];
-                let [a, b, c] = s.mesh.triangles[triangle as usize].map(|k| k as usize);
-                let (pa, pb, pc) = (s.mesh.vertices[a], s.mesh.vertices[b], s.mesh.vertices[c]);
-                let face = (pb - pa).cross(pc - pa).normalize_or_zero();
-                // Both sides of a mesh are skin: turn the normals towards the camera.
-                let side = if face.dot(direction) > 0.0 { -1.0 } else { 1.0 };
-                let n = &self.normals[surface as usize];
-                let smooth = n[a] * (1.0 - uv[0] - uv[1]) + n[b] * uv[0] + n[c] * uv[1];
-                let face = face * side;
-                let normal = (smooth * side).try_normalize().unwrap_or(face);
-                let p = origin + direction * t;
-                let reflect = |to_light: Vec3| {
-                    let cos = normal.dot(to_light);
-                    if cos <= 0.0 || face.dot(to_light) <= 0.0 {
-                        return [0.0; 3];
-                    }
-                    skin::scatter(normal, to_light, -direction, s.albedo_rgb).map(|f| f * cos)
-                };
-                let choices = self.lights.choose(u, p, self.dim, reflect);
-                self.unshadowed(p + face * SURFACE_OFFSET_MM, &choices, None, blockers, shadow_rays)
-            }
-        }
+    /// The same scene with each segment's own direction as its tangent, as renderers without a fibre's
+    /// neighbourhood take it, instead of the interpolated one.
+    #[must_use]
+    pub fn flat_tangents(self) -> RenderScene<'a> {
+        RenderScene { flat: true, ..self }
     }
 
-    /// The light of those choices that nothing hides from `start`.
-    fn unshadowed(
-        &self,
-        start: Vec3,
-        choices: &[Option<Choice>],
-        skip: Option<Skip>,
-        blockers: &mut [LastBlockers],
-        shadow_rays: &mut u64,
-    ) -> [f32; 3] {
-        let mut rgb = [0.0; 3];
-        for c in choices.iter().flatten() {
-            *shadow_rays += 1;
-            if !self.accel.occluded(start, c.direction, c.distance, skip, &mut blockers[c.light]) {
-                rgb = std::array::from_fn(|k| rgb[k] + c.radiance_rgb[k]);
-            }
-        }
-        rgb
+    /// How many segments hold the point.
+    pub(crate) fn fibres_around(&self, point: Vec3) -> u64 {
+        let strands = &self.scene.strands;
+        let inside = |i: usize| segment_holds(strands, i, point);
+        let count = |strand: usize| {
+            let range = strands.range(strand);
+            (range.start..range.end.saturating_sub(1)).filter(|&i| inside(i)).count() as u64
+        };
+        (0..strands.len()).into_par_iter().map(count).sum()
     }
 }
 
-/// Unshadowed radiance, relative to the sensor's full scale, below which a point gets fewer shadow rays.
-const DIM: f32 = 0.1;
-/// Shadow rays leave meshes from this far outside, mm: a fifth of a fibre's radius.
-const SURFACE_OFFSET_MM: f32 = 0.008;
+/// Whether a point lies inside the hull of the two spheres of a segment.
+fn segment_holds(strands: &StrandSet, i: usize, point: Vec3) -> bool {
+    let (p, r) = (&strands.points, &strands.radii_mm);
+    let (axis, to) = (p[i + 1] - p[i], point - p[i]);
+    let length = axis.length();
+    let narrowing = r[i] - r[i + 1];
+    if length <= narrowing.abs() || length == 0.0 {
+        return to.length() < r[i] || point.distance(p[i + 1]) < r[i + 1];
+    }
+    let along = to.dot(axis) / length;
+    let across = (to.length_squared() - along * along).max(0.0).sqrt();
+    // The sphere whose surface is nearest stands off the foot of the perpendicular by the cone's slope.
+    let slope = narrowing / length;
+    let at = ((along - across * slope / (1.0 - slope * slope).sqrt()) / length).clamp(0.0, 1.0);
+    point.distance(p[i].lerp(p[i + 1], at)) < r[i] - narrowing * at
+}
 
 /// The fibre's unit tangent (root to tip) at a position along the segment that starts at `point` (index in
 /// the strand set): the bisectors of neighbouring segments at both ends, interpolated. Segments without length
@@ -182,26 +156,21 @@ pub fn fibre_tangent(strands: &StrandSet, strand: u32, point: u32, along: f32) -
     start.lerp(end, along.clamp(0.0, 1.0)).try_normalize().or(here.try_normalize()).unwrap_or(Vec3::X)
 }
 
-/// Cosine of φ_i + φ_r, the azimuths measured from the major axis of the strand's cross-section, which is a
-/// direction drawn per strand and made perpendicular to the tangent.
-fn cos_2phi_h(tangent: Vec3, strand: u32, to_light: Vec3, to_camera: Vec3) -> f32 {
-    let mut rng = strandbench_rng::Rng::keyed(&[0x656c_6c69_7073_6500, u64::from(strand)]);
-    let axis = Vec3::new(rng.range(-1.0, 1.0), rng.range(-1.0, 1.0), rng.range(-1.0, 1.0));
-    let major =
-        axis.reject_from_normalized(tangent).try_normalize().unwrap_or(tangent.any_orthonormal_vector());
-    let minor = tangent.cross(major);
-    let flat = |v: Vec3| {
-        let (x, y) = (v.dot(major), v.dot(minor));
-        let l = (x * x + y * y).sqrt();
-        if l > 0.0 { (x / l, y / l) } else { (1.0, 0.0) }
-    };
-    let ((xi, yi), (xr, yr)) = (flat(to_light), flat(to_camera));
-    xi * xr - yi * yr
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn points_in_segments_are_told_from_points_outside() {
+        let mut strands = StrandSet::new();
+        strands.push(&[Vec3::ZERO, Vec3::X * 3.0, Vec3::X * 3.0], 0.5);
+        strands.radii_mm = vec![0.5, 0.2, 0.7];
+        let holds = |i: usize, x: f32, y: f32| segment_holds(&strands, i, Vec3::new(x, y, 0.0));
+        // Half way the cone is 0.35 / sqrt(1 - 0.1²) = 0.3518 thick.
+        assert!(holds(0, 1.5, 0.3515) && !holds(0, 1.5, 0.352));
+        assert!(holds(0, -0.49, 0.0) && !holds(0, -0.51, 0.0) && holds(0, 3.19, 0.0) && !holds(0, 3.21, 0.0));
+        assert!(holds(1, 3.0, 0.69) && !holds(1, 3.0, 0.71), "a segment without length is its larger sphere");
+    }
 
     #[test]
     fn tangents_of_an_arc_follow_the_circle_between_its_points() {

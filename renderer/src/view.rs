@@ -1,68 +1,21 @@
 //! One camera's view: tiles of pixels, adaptive sampling, the identity buffer.
 
-use crate::accel::{Hit, LastBlockers};
+use crate::accel::Hit;
 use crate::footprint::Footprint;
+use crate::lens::RayMaker;
+use crate::path::{Draws, Scratch, Walk, Work};
 use crate::sampler::PixelSampler;
 use crate::scene::RenderScene;
 use crate::{Render, RenderError, Settings, Stats};
-use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 use std::time::Instant;
 use strandbench_rng::Rng;
-use strandbench_types::{Camera, Cancelled, Monitor, Plane, SampleHit, SampleHits};
+use strandbench_types::{Cancelled, Monitor, Plane, SampleHit, SampleHits};
 
 /// Side of a tile, pixels.
 const TILE: usize = 16;
 /// Rays added to a pixel that has not converged, before it is looked at again.
 const BATCH: u32 = 16;
-
-/// A camera's rays, in f64 until they reach the scene.
-struct RayMaker {
-    eye: DVec3,
-    base: DVec3,
-    per_x: DVec3,
-    per_y: DVec3,
-    centre: DVec3,
-    radius: f64,
-}
-
-/// A ray that starts where it may first meet the scene.
-struct CameraRay {
-    origin: Vec3,
-    direction: Vec3,
-    /// Distance from the eye to `origin`, mm.
-    start: f64,
-    /// Depth along +z per distance along the ray.
-    depth_per_t: f64,
-}
-
-impl RayMaker {
-    fn new(camera: &Camera, (centre, radius): (Vec3, f32)) -> RayMaker {
-        let base = camera.ray_direction(DVec2::ZERO);
-        RayMaker {
-            eye: camera.centre_mm(),
-            base,
-            per_x: camera.ray_direction(DVec2::X) - base,
-            per_y: camera.ray_direction(DVec2::Y) - base,
-            centre: centre.as_dvec3(),
-            radius: f64::from(radius),
-        }
-    }
-
-    #[inline]
-    fn ray(&self, x: f64, y: f64) -> CameraRay {
-        let d = self.base + self.per_x * x + self.per_y * y;
-        let depth_per_t = 1.0 / d.length();
-        let d = d * depth_per_t;
-        let start = ((self.centre - self.eye).dot(d) - self.radius).max(0.0);
-        CameraRay {
-            origin: (self.eye + d * start).as_vec3(),
-            direction: d.as_vec3().normalize(),
-            start,
-            depth_per_t,
-        }
-    }
-}
 
 #[derive(Default)]
 struct Tile {
@@ -71,16 +24,28 @@ struct Tile {
     /// Hits on hair per pixel.
     counts: Vec<u32>,
     hits: Vec<SampleHit>,
-    primary: u64,
-    shadow: u64,
+    work: Work,
     converged: u64,
+}
+
+impl Tile {
+    /// The radiance, or darkness for one that is not finite.
+    fn finite(&mut self, rgb: [f32; 3]) -> [f32; 3] {
+        if rgb.iter().all(|v| v.is_finite()) {
+            return rgb;
+        }
+        self.work.not_finite += 1;
+        [0.0; 3]
+    }
 }
 
 /// What all tiles of a view share.
 struct View<'a> {
     scene: &'a RenderScene<'a>,
     settings: &'a Settings,
+    walk: Walk,
     maker: RayMaker,
+    pinhole: bool,
     footprint: Footprint,
     width: usize,
     height: usize,
@@ -91,16 +56,58 @@ struct View<'a> {
 impl View<'_> {
     fn tile(&self, x0: usize, y0: usize) -> Tile {
         let mut tile = Tile::default();
-        let mut blockers = vec![LastBlockers::default(); self.scene.lights.len()];
+        let mut scratch = Scratch::new(self.scene.lights.len());
+        let mut groups = Vec::new();
         for y in y0..(y0 + TILE).min(self.height) {
             for x in x0..(x0 + TILE).min(self.width) {
-                self.pixel(x, y, &mut tile, &mut blockers);
+                self.pixel(x, y, &mut tile, &mut scratch, &mut groups);
             }
         }
         tile
     }
 
-    fn pixel(&self, x: usize, y: usize, tile: &mut Tile, blockers: &mut [LastBlockers]) {
+    /// One camera ray's light: direct, and what following it brings if `followed` says so.
+    fn sample(
+        &self,
+        (x, y): (usize, usize),
+        draws: Draws<'_>,
+        followed: Option<u32>,
+        tile: &mut Tile,
+        scratch: &mut Scratch,
+    ) -> ([f32; 3], [f32; 3]) {
+        let n = draws.index;
+        let [fx, fy] = draws.sampler.film(n);
+        let (x, y) = (x as f64 + f64::from(fx), y as f64 + f64::from(fy));
+        let ray = match self.pinhole {
+            true => self.maker.ray(x, y),
+            false => self.maker.lens_ray(x, y, draws.sampler.lens(n)),
+        };
+        tile.work.primary += 1;
+        let scene = self.scene;
+        let Some(hit) = scene.accel.closest(ray.origin, ray.direction) else {
+            return (scene.scene.background_rgb, [0.0; 3]);
+        };
+        if n < self.settings.samples_per_pixel
+            && let Hit::Fibre { t, strand, point, along } = hit
+        {
+            let depth = ray.depth_at_start + (ray.start + f64::from(t)) * ray.depth_per_t;
+            tile.hits.push(SampleHit {
+                strand,
+                segment: point - scene.scene.strands.offsets[strand as usize],
+                along,
+                depth_mm: depth as f32,
+            });
+        }
+        let vertex = scene.vertex(&hit, ray.origin, ray.direction);
+        let direct = scene.direct_light(&vertex, draws.sampler.light(n), &self.walk, scratch, &mut tile.work);
+        let more = followed.map_or([0.0; 3], |index| {
+            let draws = Draws { index, ..draws };
+            scene.followed_light(vertex, draws, &self.walk, scratch, &mut tile.work)
+        });
+        (tile.finite(direct), tile.finite(more))
+    }
+
+    fn pixel(&self, x: usize, y: usize, tile: &mut Tile, scratch: &mut Scratch, groups: &mut Vec<f64>) {
         let scene = self.scene.scene;
         if !self.footprint.covers(x, y) {
             tile.rgb.push(scene.background_rgb);
@@ -110,48 +117,42 @@ impl View<'_> {
             return;
         }
         let index = (y * self.width + x) as u64;
-        let sampler = PixelSampler::new(Rng::keyed(&[self.seed, self.camera as u64, index]).next_u64());
+        let key = Rng::keyed(&[self.seed, self.camera as u64, index]).next_u64();
+        let sampler = PixelSampler::new(key);
         let weights = scene.sensor.response_rgb;
+        let mono = |rgb: &[f32; 3]| (0..3).map(|c| f64::from(rgb[c] * weights[c])).sum::<f64>();
         let goal = f64::from(self.settings.noise_target * scene.sensor.full_scale_radiance).powi(2);
         let (first, most) = (self.settings.samples_per_pixel, self.settings.max_samples_per_pixel);
+        let every = self.walk.every;
         let hits_before = tile.hits.len();
         let mut sum = [0.0f64; 3];
-        // Welford's running mean and sum of squared deviations of the sensor-weighted radiance.
-        let (mut mean, mut squares) = (0.0f64, 0.0f64);
+        // Welford's running mean and sum of squared deviations of the sensor-weighted radiance of groups: one
+        // followed camera ray and as many others as come on one.
+        let (mut mean, mut squares, mut count) = (0.0f64, 0.0f64, 0u32);
         let mut n = 0u32;
         let mut stop = first;
         let variance = loop {
-            while n < stop {
-                let [fx, fy] = sampler.film(n);
-                let ray = self.maker.ray(x as f64 + f64::from(fx), y as f64 + f64::from(fy));
-                tile.primary += 1;
-                let rgb = match self.scene.accel.closest(ray.origin, ray.direction) {
-                    None => scene.background_rgb,
-                    Some(hit) => {
-                        if n < first
-                            && let Hit::Fibre { t, strand, point, along } = hit
-                        {
-                            tile.hits.push(SampleHit {
-                                strand,
-                                segment: point - scene.strands.offsets[strand as usize],
-                                along,
-                                depth_mm: ((ray.start + f64::from(t)) * ray.depth_per_t) as f32,
-                            });
-                        }
-                        let u = sampler.light(n);
-                        self.scene.shade(&hit, ray.origin, ray.direction, u, blockers, &mut tile.shadow)
-                    }
-                };
-                n += 1;
-                let value: f64 = (0..3).map(|c| f64::from(rgb[c] * weights[c])).sum();
-                let delta = value - mean;
-                mean += delta / f64::from(n);
-                squares += delta * (value - mean);
+            let in_batch = (stop - n) / every;
+            groups.clear();
+            groups.resize(in_batch as usize, 0.0);
+            for i in 0..stop - n {
+                let followed = (i < in_batch).then(|| n / every + i);
+                let draws = Draws { sampler: &sampler, index: n + i, key };
+                let (direct, more) = self.sample((x, y), draws, followed, tile, scratch);
                 for c in 0..3 {
-                    sum[c] += f64::from(rgb[c]);
+                    sum[c] += f64::from(direct[c]) + f64::from(every) * f64::from(more[c]);
                 }
+                groups[(i % in_batch) as usize] += mono(&direct) / f64::from(every) + mono(&more);
             }
-            let variance = if n > 1 { squares / (f64::from(n - 1) * f64::from(n)) } else { f64::INFINITY };
+            n = stop;
+            for value in groups.iter() {
+                count += 1;
+                let delta = value - mean;
+                mean += delta / f64::from(count);
+                squares += delta * (value - mean);
+            }
+            let variance =
+                if count > 1 { squares / (f64::from(count - 1) * f64::from(count)) } else { f64::INFINITY };
             if variance <= goal {
                 tile.converged += 1;
                 break variance;
@@ -167,13 +168,25 @@ impl View<'_> {
     }
 }
 
+/// Greatest common divisor.
+fn gcd(a: u32, b: u32) -> u32 {
+    if b == 0 { a } else { gcd(b, a % b) }
+}
+
 impl RenderScene<'_> {
     /// Renders the view of camera `camera` (index in the scene's true rig); same seed, same bits.
     ///
     /// Each ray that hits carries up to two shadow rays, to points drawn among one on each light in proportion to
-    /// what they would reflect if nothing hid them: unbiased direct light. Lights themselves are invisible to the camera. Film and
-    /// light positions are stratified within the pixel. A pixel stops once its estimated standard error is
-    /// below the target; that the estimate decides when to stop biases dim, rarely lit pixels slightly low.
+    /// what they would reflect if nothing hid them: direct light. One ray in [`Settings::indirect_every`] is
+    /// followed further and counts as often: at each next vertex one shadow ray, up to [`Settings::depth`]
+    /// scatterings, with Russian roulette. Where both ways can find a light (large lights, the environment) the
+    /// balance heuristic weighs them. Lights and the environment are invisible to the camera, which sees the
+    /// scene's background, and hide nothing. Film, lens, time, lights and the first scattering are stratified
+    /// within the pixel.
+    ///
+    /// Unbiased but for what is named: scatterings beyond the depth are left out; a pixel stops once its estimated
+    /// standard error is below the target, which leaves dim, rarely lit pixels slightly low; a clamp, if set,
+    /// darkens; samples that are not finite count as dark (and are counted).
     ///
     /// # Errors
     /// If the camera does not exist, the settings contradict each other, or the work is cancelled.
@@ -195,11 +208,28 @@ impl RenderScene<'_> {
         })?;
         let (width, height) = (cam.width as usize, cam.height as usize);
         settings.validate(width * height)?;
+        let sphere = self.accel.bounding_sphere();
+        let exposure_s = self.scene.rig.exposure_s;
+        let maker = RayMaker::new(cam, self.scene.lens, &self.scene.motion, exposure_s, sphere);
         let view = View {
             scene: self,
             settings,
-            maker: RayMaker::new(cam, self.accel.bounding_sphere()),
-            footprint: Footprint::of(self.scene, cam),
+            walk: Walk {
+                depth: settings.depth,
+                strategy: settings.strategy,
+                every: [settings.samples_per_pixel, settings.max_samples_per_pixel, BATCH]
+                    .into_iter()
+                    .fold(settings.indirect_every, gcd),
+                most_radiance: settings.clamp * self.scene.sensor.full_scale_radiance,
+                full_scale: self.scene.sensor.full_scale_radiance,
+            },
+            pinhole: maker.is_pinhole(),
+            footprint: if maker.is_pinhole() {
+                Footprint::of(self.scene, cam)
+            } else {
+                Footprint::everything(width, height)
+            },
+            maker,
             width,
             height,
             camera,
@@ -216,11 +246,14 @@ impl RenderScene<'_> {
                 Ok(tile)
             })
             .collect::<Result<_, Cancelled>>()?;
-        Ok(assemble(tiles, (width, height), settings.samples_per_pixel as u16, clock))
+        let mut render = assemble(tiles, (width, height), settings.samples_per_pixel as u16);
+        render.stats.fibres_at_eye = self.fibres_around(cam.centre_mm().as_vec3());
+        render.stats.wall_s = clock.elapsed().as_secs_f64();
+        Ok(render)
     }
 }
 
-fn assemble(tiles: Vec<Tile>, (width, height): (usize, usize), rays: u16, clock: Instant) -> Render {
+fn assemble(tiles: Vec<Tile>, (width, height): (usize, usize), rays: u16) -> Render {
     let across = width.div_ceil(TILE);
     let mut rgb = Plane::filled(width, height, [0.0f32; 3]);
     let mut variance = Plane::filled(width, height, 0.0f32);
@@ -238,8 +271,10 @@ fn assemble(tiles: Vec<Tile>, (width, height): (usize, usize), rays: u16, clock:
             variance.data[at] = tile.variance[k];
             offsets[at + 1] = tile.counts[k];
         }
-        stats.primary_rays += tile.primary;
-        stats.shadow_rays += tile.shadow;
+        stats.primary_rays += tile.work.primary;
+        stats.shadow_rays += tile.work.shadow;
+        stats.bounce_rays += tile.work.bounce;
+        stats.not_finite += tile.work.not_finite;
         converged += tile.converged;
     }
     for i in 0..width * height {
@@ -257,7 +292,6 @@ fn assemble(tiles: Vec<Tile>, (width, height): (usize, usize), rays: u16, clock:
         }
     }
     stats.converged = converged as f64 / (width * height) as f64;
-    stats.wall_s = clock.elapsed().as_secs_f64();
     let rays = vec![rays; width * height];
     Render { radiance_rgb: rgb, variance, hits: SampleHits { width, height, rays, offsets, hits }, stats }
 }

@@ -1,0 +1,173 @@
+//! Paths of light beyond the first scattering (Kajiya 1986), with light drawn at every vertex.
+
+use crate::accel::{Hit, LastBlockers};
+use crate::light::{Mix, Strategy};
+use crate::sampler::PixelSampler;
+use crate::scene::RenderScene;
+use crate::vertex::Vertex;
+use strandbench_rng::Rng;
+
+/// Unshadowed radiance, relative to the sensor's full scale, below which a point gets fewer shadow rays.
+const DIM: f32 = 0.1;
+/// A path goes on with the probability of its throughput times this, at most 1 (Russian roulette, unbiased).
+const ROULETTE: f32 = 1.0;
+
+/// Rays and mishaps.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Work {
+    pub primary: u64,
+    pub shadow: u64,
+    pub bounce: u64,
+    pub not_finite: u64,
+}
+
+/// How paths are followed in one view.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Walk {
+    /// Most scatterings of a path.
+    pub depth: u32,
+    pub strategy: Strategy,
+    /// One camera ray of so many is followed beyond its first vertex.
+    pub every: u32,
+    /// Largest radiance of what one path brings from beyond its first vertex; 0 for no limit.
+    pub most_radiance: f32,
+    /// Sensor's full scale.
+    pub full_scale: f32,
+}
+
+/// What a thread keeps while it renders a tile.
+pub(crate) struct Scratch {
+    /// Indexed [light]: blockers of first vertices, and of all others.
+    first: Vec<LastBlockers>,
+    later: Vec<LastBlockers>,
+}
+
+impl Scratch {
+    pub fn new(lights: usize) -> Scratch {
+        Scratch { first: vec![LastBlockers::default(); lights], later: vec![LastBlockers::default(); lights] }
+    }
+}
+
+/// The part of the followed samples: their index, and the sampler of their pixel.
+#[derive(Clone, Copy)]
+pub(crate) struct Draws<'a> {
+    pub sampler: &'a PixelSampler,
+    pub index: u32,
+    pub key: u64,
+}
+
+fn add(sum: &mut [f32; 3], factor: [f32; 3], value: [f32; 3]) {
+    for c in 0..3 {
+        sum[c] += factor[c] * value[c];
+    }
+}
+
+fn distance(hit: &Option<Hit>) -> f32 {
+    match hit {
+        None => f32::INFINITY,
+        Some(Hit::Fibre { t, .. } | Hit::Mesh { t, .. }) => *t,
+    }
+}
+
+impl RenderScene<'_> {
+    /// Light from lights by one scattering at the first vertex: drawn among one point on each, shadowed.
+    pub(crate) fn direct_light(
+        &self,
+        vertex: &Vertex<'_>,
+        u: [f32; 3],
+        walk: &Walk,
+        scratch: &mut Scratch,
+        work: &mut Work,
+    ) -> [f32; 3] {
+        let mix = Mix { strategy: walk.strategy, share: 1.0 / walk.every as f32 };
+        let dim = DIM * walk.full_scale;
+        self.drawn_light::<2>(vertex, u, dim, mix, &mut scratch.first, &mut work.shadow)
+    }
+
+    fn drawn_light<const DRAWS: usize>(
+        &self,
+        vertex: &Vertex<'_>,
+        u: [f32; 3],
+        dim: f32,
+        mix: Mix,
+        blockers: &mut [LastBlockers],
+        shadow_rays: &mut u64,
+    ) -> [f32; 3] {
+        let lobe = |to_light, with_pdf| {
+            if with_pdf { vertex.lobe.eval_pdf(to_light) } else { (vertex.lobe.eval(to_light), 0.0) }
+        };
+        let choices = self.lights.choose::<DRAWS>(u, vertex.surface.position_mm, dim, mix, lobe);
+        let mut rgb = [0.0; 3];
+        for c in choices.iter().flatten() {
+            *shadow_rays += 1;
+            let blockers = &mut blockers[c.light];
+            if !self.accel.occluded(vertex.start, c.direction, c.distance, vertex.skip, blockers) {
+                rgb = std::array::from_fn(|k| rgb[k] + c.radiance_rgb[k]);
+            }
+        }
+        rgb
+    }
+
+    /// Light that scattering at the first vertex finds: on lights, what [`RenderScene::direct_light`] leaves to it,
+    /// and from further vertices, up to the walk's depth.
+    pub(crate) fn followed_light(
+        &self,
+        first: Vertex<'_>,
+        draws: Draws<'_>,
+        walk: &Walk,
+        scratch: &mut Scratch,
+        work: &mut Work,
+    ) -> [f32; 3] {
+        let mut rng = Rng::keyed(&[draws.key, u64::from(draws.index)]);
+        let mut rgb = [0.0; 3];
+        let mut throughput = [1.0f32; 3];
+        let mut vertex = first;
+        let mut mix = Mix { strategy: walk.strategy, share: 1.0 / walk.every as f32 };
+        for scattering in 1..=walk.depth {
+            let point = vertex.surface.position_mm;
+            let last = scattering == walk.depth;
+            if last && !self.lights.leaves(point, mix) {
+                break;
+            }
+            let u = match scattering {
+                1 => draws.sampler.scattering(draws.index),
+                _ => std::array::from_fn(|_| rng.f32()),
+            };
+            let Some(drawn) = vertex.lobe.sample(u) else { break };
+            for c in 0..3 {
+                throughput[c] *= drawn.weight_rgb[c];
+            }
+            let direction = drawn.to_light;
+            if last && !self.lights.reach(point, direction, mix) {
+                break;
+            }
+            work.bounce += 1;
+            let hit = self.accel.closest_after(vertex.start, direction, vertex.skip);
+            add(&mut rgb, throughput, self.lights.seen(point, direction, distance(&hit), drawn.pdf, mix));
+            let Some(hit) = hit.filter(|_| !last) else { break };
+            vertex = self.vertex(&hit, vertex.start, direction);
+            let carried = throughput.iter().fold(0.0f32, |a, &b| a.max(b));
+            if !(carried > 0.0) {
+                break;
+            }
+            let survival = (carried * ROULETTE).min(1.0);
+            mix.share = survival;
+            let u = match scattering {
+                1 => draws.sampler.second_light(draws.index),
+                _ => std::array::from_fn(|_| rng.f32()),
+            };
+            let dim = DIM * walk.full_scale / carried;
+            let found = self.drawn_light::<1>(&vertex, u, dim, mix, &mut scratch.later, &mut work.shadow);
+            add(&mut rgb, throughput, found);
+            if rng.f32() >= survival {
+                break;
+            }
+            throughput = throughput.map(|t| t / survival);
+        }
+        let brightest = rgb.iter().fold(0.0f32, |a, &b| a.max(b));
+        if walk.most_radiance > 0.0 && brightest > walk.most_radiance {
+            rgb = rgb.map(|v| v * walk.most_radiance / brightest);
+        }
+        rgb
+    }
+}

@@ -1,0 +1,5 @@
+//! Whole views of small scenes against closed forms, and the renderer's promises.
+
+mod closed;
+mod common;
+mod promises;

@@ -17,6 +17,9 @@ pub(crate) const FIBRE: u64 = 3;
 const SPREAD: u64 = 4;
 const PHASE: u64 = 5;
 
+/// The fringe as a side: see [`Planner::side`].
+const FRINGE: i32 = 3;
+
 /// Waves of a wisp.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Wave {
@@ -56,15 +59,24 @@ impl Planner<'_> {
     fn base_length(&self, root: &Root) -> (f32, bool) {
         let k = self.head.scale();
         let l = &self.spec.length;
-        if let Some(f) = l.fringe
-            && root.inside_mm < f.depth_mm * (1.0 - root.position.x.abs() / f.half_width_mm)
-            && root.position.z > 20.0 * k
+        if let (Some(f), Some(inside)) = (l.fringe, self.comb.fringe_mm(root.position))
+            && inside > 0.0
         {
-            return (f.length_mm, true);
+            return (f.length_mm + self.comb.behind_hairline_mm(root.position).max(0.0), true);
         }
         let sides = l.sides_mm.unwrap_or(l.top_mm);
         let top = ramp(root.position.y, 22.0 * k, 34.0 * k);
         (sides + (l.top_mm - sides) * top, false)
+    }
+
+    /// Direction in which the hair of a root is combed.
+    fn combed(&self, root: &Root) -> Vec3 {
+        self.comb.toward(root.position, root.normal, self.comb.forward(root.position))
+    }
+
+    /// Sides of the parting (-1, 1; 0 on neither) and [`FRINGE`], which do not share clumps.
+    fn side(&self, root: &Root) -> i32 {
+        if self.base_length(root).1 { FRINGE } else { self.comb.side(root.position) }
     }
 
     /// What a carrier of this root needs to grow.
@@ -77,8 +89,8 @@ impl Planner<'_> {
         wave_mm: f32,
         wander: [(LineNoise, f32); 3],
     ) -> Seedling {
-        let (base, forward) = self.base_length(root);
-        let cut = if forward { None } else { self.spec.length.cut_height_mm };
+        let (base, fringe) = self.base_length(root);
+        let cut = if fringe { None } else { self.spec.length.cut_height_mm };
         Seedling {
             root: root.position,
             normal: root.normal,
@@ -86,7 +98,8 @@ impl Planner<'_> {
             cut_y: cut.map_or(f32::NEG_INFINITY, |c| c * self.head.scale() + cut_shift),
             rank,
             curl_mm: wave_mm,
-            forward,
+            forward: self.comb.forward(root.position),
+            fringe,
             weight: 1.0,
             wander,
         }
@@ -249,10 +262,8 @@ impl Nearest {
     fn new(planner: &Planner<'_>, roots: &[Root], spacing_mm: f32) -> Nearest {
         let cell = spacing_mm * 2.0;
         let mut buckets: HashMap<[i32; 3], Vec<u32>> = HashMap::new();
-        let list: Vec<(Vec3, Vec3, i32)> = roots
-            .iter()
-            .map(|r| (r.position, planner.comb.at(r.position, r.normal), planner.comb.side(r.position)))
-            .collect();
+        let list: Vec<(Vec3, Vec3, i32)> =
+            roots.iter().map(|r| (r.position, planner.combed(r), planner.side(r))).collect();
         for (i, r) in list.iter().enumerate() {
             buckets.entry((r.0 / cell).floor().to_array().map(|v| v as i32)).or_default().push(i as u32);
         }
@@ -260,11 +271,11 @@ impl Nearest {
     }
 
     fn find(&self, planner: &Planner<'_>, root: &Root, jitter: Vec3) -> usize {
-        let (p, comb) = (root.position + jitter, planner.comb.at(root.position, root.normal));
-        let side = planner.comb.side(root.position);
+        let (p, comb, side) = (root.position + jitter, planner.combed(root), planner.side(root));
         let cost = |i: u32| {
             let (q, c, s) = &self.roots[i as usize];
-            let across = if s * side < 0 { 1e3 * self.turn_mm2 } else { 0.0 };
+            let across =
+                if s * side < 0 || (*s == FRINGE) != (side == FRINGE) { 1e3 * self.turn_mm2 } else { 0.0 };
             p.distance_squared(*q) + self.turn_mm2 * (1.0 - comb.dot(*c)) + across
         };
         let k = (p / self.cell).floor().to_array().map(|v| v as i32);

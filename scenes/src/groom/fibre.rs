@@ -37,9 +37,9 @@ impl Planner<'_> {
             factor *= rng.range(0.15, 0.6);
         }
         if flyaway {
-            factor *= rng.range(0.35, 1.0);
+            factor *= rng.range(0.15, 0.75);
         }
-        let rank = wisp.rank * rng.range(0.92, 1.08) + if flyaway { rng.range(0.0, 0.5) } else { 0.0 };
+        let rank = wisp.rank * rng.range(0.92, 1.08) + if flyaway { rng.range(0.0, 0.35) } else { 0.0 };
         let own = LineNoise::new(&[self.seed, FIBRE, index as u64, 1]);
         let own_sd = if flyaway { d.flyaway_deg } else { d.strand_wander_deg }.to_radians();
         let wander = [
@@ -50,7 +50,7 @@ impl Planner<'_> {
         let cut = wisp.cut_shift_mm + 0.3 * spec.length.cut_spread_mm * normal(&mut rng);
         let mut seedling = self.seedling(root, rank, factor, cut, wisp.wave.radius_mm, wander);
         if flyaway {
-            seedling.weight = 0.5;
+            seedling.weight = 0.8;
         }
         let carrier = self.grower.grow(&seedling);
         let phase = normal(&mut rng) * spec.wave.strand_phase_deg.to_radians();

@@ -38,8 +38,10 @@ pub(crate) struct Seedling {
     pub rank: f32,
     /// Height added to the layer for the curl's radius, mm.
     pub curl_mm: f32,
-    /// Comb direction that replaces the style's, for a fringe.
-    pub forward: bool,
+    /// Share (0..1) to which it is combed forward.
+    pub forward: f32,
+    /// Whether it hangs in front of the face.
+    pub fringe: bool,
     /// Share of natural weight.
     pub weight: f32,
     /// Wander: key and standard deviation of heading in radians, from coarse to fine.
@@ -102,16 +104,8 @@ impl Grower<'_> {
         let length = seedling.length_mm;
         let steps = ((length / 3.0).ceil() as usize).clamp(12, 400);
         let ds = length / steps as f32;
-        let rise = if seedling.forward { 0.0 } else { self.comb.rise(seedling.root) };
-        let emergence = (style.emergence_deg.to_radians() + rise).min(1.45);
-        let comb_at = |p: Vec3, n: Vec3| {
-            if seedling.forward {
-                let f = Vec3::new(0.12 * p.x.clamp(-40.0, 40.0) / 40.0, -0.5, 1.0);
-                (f - n * f.dot(n)).normalize_or(Vec3::NEG_Y)
-            } else {
-                self.comb.at(p, n)
-            }
-        };
+        let emergence = style.emergence_deg.to_radians();
+        let comb_at = |p: Vec3, n: Vec3| self.comb.toward(p, n, seedling.forward);
         let mut heading = (comb_at(seedling.root, seedling.normal) * libm::cosf(emergence)
             + seedling.normal * libm::sinf(emergence))
         .normalize();
@@ -156,7 +150,7 @@ impl Grower<'_> {
             };
             pull += normal * ((climb - heading.dot(normal)) * stiffness);
 
-            if !seedling.forward
+            if !seedling.fringe
                 && let Some((depth, out)) = self.comb.face_window(p + heading * 8.0)
             {
                 pull += (out - heading * out.dot(heading)) * (0.02 + 0.01 * depth).min(0.12);

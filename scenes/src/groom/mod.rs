@@ -2,6 +2,8 @@
 //! tufts, waved, frizzed, and sampled.
 
 mod clump;
+#[cfg(test)]
+mod cover;
 mod fibre;
 mod field;
 mod grow;
@@ -35,7 +37,7 @@ pub(crate) fn groom(
     head: &Head,
     seed: u64,
 ) -> Result<(StrandSet, Vec<Pigment>), String> {
-    let comb = Comb::new(&spec.style, head);
+    let comb = Comb::new(&spec.style, spec.length.fringe, head);
     let grower = Grower {
         head,
         comb: &comb,

@@ -8,9 +8,9 @@ mod bvh;
 mod scalp;
 mod sdf;
 
-use bvh::MeshBvh;
+pub(crate) use bvh::MeshBvh;
 pub(crate) use scalp::{Root, Scalp};
-use sdf::Sdf;
+pub(crate) use sdf::Sdf;
 
 use glam::Vec3;
 use std::sync::OnceLock;
@@ -117,6 +117,17 @@ impl Head {
     pub fn exact_distance(&self, p: Vec3) -> (f32, Vec3) {
         let c = self.model.bvh.closest(p / self.scale, None);
         (c.distance * self.scale, c.normal)
+    }
+
+    /// Where the hairline crosses the middle of the forehead.
+    pub fn front_hairline(&self) -> Vec3 {
+        let y = scalp::front_height_mm() * self.scale;
+        let (mut inside, mut outside) = (0.0f32, 200.0 * self.scale);
+        for _ in 0..32 {
+            let z = 0.5 * (inside + outside);
+            if self.exact_distance(Vec3::new(0.0, y, z)).0 < 0.0 { inside = z } else { outside = z }
+        }
+        Vec3::new(0.0, y, outside)
     }
 
     /// Where hair grows, at the reference size.

@@ -54,6 +54,11 @@ fn inside_hairline_mm(p: Vec3) -> f32 {
     (p.y - height) / (1.0 + steepness * steepness).sqrt()
 }
 
+/// Height of the hairline in the middle of the forehead at the reference size, mm.
+pub(crate) fn front_height_mm() -> f32 {
+    HAIRLINE[0].1
+}
+
 /// A place where a hair grows, at the size of the head asked for.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Root {
@@ -135,7 +140,9 @@ impl Scalp {
                 let c = loop {
                     let c = self.candidate(&mut rng);
                     let keep = (c.inside_mm / FADE_MM).clamp(0.0, 1.0);
-                    if c.inside_mm > 0.0 && rng.f32() < keep * (0.35 + 0.65 * keep) {
+                    // Three quarters as dense at the nape and the temples as on the top.
+                    let high = 0.75 + 0.25 * (c.position.y / 60.0).clamp(0.0, 1.0);
+                    if c.inside_mm > 0.0 && rng.f32() < high * keep * (0.35 + 0.65 * keep) {
                         break c;
                     }
                 };

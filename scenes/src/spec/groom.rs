@@ -127,11 +127,11 @@ fn cut_spread() -> f32 {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Fringe {
-    /// Length, mm.
+    /// How far it hangs below the hairline, along the hair, mm.
     pub length_mm: f32,
     /// Half of its width on the scalp, mm.
     pub half_width_mm: f32,
-    /// How far behind the hairline its roots reach, mm.
+    /// How far behind the hairline its roots reach in the middle, mm; at the half width they reach 0.
     pub depth_mm: f32,
 }
 
@@ -298,8 +298,8 @@ impl Default for Disorder {
             wander_length_mm: 60.0,
             frizz_mm: 0.3,
             frizz_length_mm: 22.0,
-            flyaway_share: 0.015,
-            flyaway_deg: 22.0,
+            flyaway_share: 0.008,
+            flyaway_deg: 14.0,
         }
     }
 }

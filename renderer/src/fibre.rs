@@ -140,6 +140,8 @@ impl Frame {
         let along = at.tangent;
         let sin = to_camera.dot(along).clamp(-1.0, 1.0);
         let flat = to_camera - along * sin;
+        // Once more: near the axis the first difference leaves rounding along the fibre.
+        let flat = flat - along * along.dot(flat);
         let cos = flat.length();
         // Seen along its axis a fibre has no azimuth: any will do.
         let toward = if cos > 1e-6 {
@@ -167,3 +169,6 @@ impl Frame {
         self.along * sin + (self.toward * x + self.side * y) * cos
     }
 }
+
+#[cfg(test)]
+mod tests;

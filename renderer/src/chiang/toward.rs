@@ -73,6 +73,16 @@ impl Fibre {
     }
 }
 
+#[cfg(test)]
+impl Toward<'_> {
+    /// The same with one lobe alone to draw from, as its density says too; `None` if it is empty.
+    pub(crate) fn drawing_from(mut self, p: usize) -> Option<Self> {
+        let there = self.shares[p] > 0.0;
+        self.shares = std::array::from_fn(|k| if k == p { 1.0 } else { 0.0 });
+        there.then_some(self)
+    }
+}
+
 impl Toward<'_> {
     /// A_R, A_TT, A_TRT and A of the residual, linear RGB.
     pub fn attenuation(&self) -> [[f32; 3]; LOBES] {

@@ -39,6 +39,9 @@ pub struct Angles {
 /// R, TT, TRT and the rest.
 pub const LOBES: usize = 4;
 
+/// Least share of the mean path length that the expansion of absorption may fall to.
+const EXPANSION: f64 = 0.75;
+
 /// A fibre type ready for shading.
 #[derive(Clone, Debug)]
 pub struct Fibre {
@@ -53,7 +56,7 @@ pub struct Fibre {
     sharpness: [f32; LOBES],
     /// ½ / (β sqrt(2π)).
     peaks: [f32; LOBES],
-    /// Shortest way through the fibre, fibre radii.
+    /// Shortest way through the fibre that absorption counts, fibre radii.
     shortest: [f32; LOBES],
     eta_mean: f32,
     eta_swing: f32,
@@ -80,7 +83,7 @@ impl Parts {
             absorption_rgb.map(|sigma| {
                 let bent = -sigma * self.length[p] + 0.5 * sigma * sigma * self.variance[p];
                 // The expansion must not turn back up for strong absorption.
-                exp(bent.min(-0.75 * sigma * self.length[p]))
+                exp(bent.min(-(EXPANSION as f32) * sigma * self.length[p]))
             })
         };
         let rest = if self.n[3] > 0.0 { second_order(3) } else { [0.0; 3] };
@@ -124,10 +127,7 @@ impl Fibre {
         let norm = (2.0 * std::f64::consts::PI).sqrt();
         let table = Table::new(eta, a, &caustic, roots);
         let rest = optics.rest.then(|| Rest::new(eta, roots, caustic.width));
-        let sampler = Sampler::new(&table, rest.as_ref(), |p, theta_h| {
-            let z = (theta_h - shifts[p]) / widths[p];
-            0.5 / (widths[p] * norm) * libm::exp(-0.5 * z * z)
-        });
+        let sampler = Sampler::new(&table, rest.as_ref(), &shifts, &widths);
         // θ_d = 0 and |h| = 1: 2 cos γ_t a crossing.
         let crossing = |eta: f64| 2.0 * (1.0 - 1.0 / (eta * eta)).sqrt();
         let (all, trt) = (crossing(eta), crossing(e1.min(e2)));
@@ -139,7 +139,8 @@ impl Fibre {
             widths: widths.map(|b| b as f32),
             sharpness: widths.map(|b| (0.5 / (b * b)) as f32),
             peaks: widths.map(|b| (0.5 / (b * norm)) as f32),
-            shortest: [0.0, all as f32, (2.0 * trt) as f32, (3.0 * all) as f32],
+            // TRT and the rest pass at most what the limit of their expansion in σ lets.
+            shortest: [0.0, all as f32, (EXPANSION * 2.0 * trt) as f32, (EXPANSION * 3.0 * all) as f32],
             eta_mean: (0.5 * (e1 + e2)) as f32,
             eta_swing: (0.5 * (e1 - e2)) as f32,
         })

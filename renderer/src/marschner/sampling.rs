@@ -9,7 +9,11 @@ const ROW: usize = PHI_STEPS + 1;
 /// Steps of the camera's inclination over [-π/2, π/2].
 const CAMERA_STEPS: usize = 96;
 /// Steps of the quadrature over θ_h.
-const HALF_STEPS: usize = 160;
+const HALF_STEPS: usize = 64;
+/// Standard deviations within which a Gaussian is integrated.
+const REACH: f64 = 5.6;
+/// Standard deviations past a cut in which a tail is integrated.
+const TAIL: f64 = 4.0;
 
 /// Azimuths distributed as each lobe's bilinear table is, without absorption: exactly, for a round fibre. TRT
 /// of an elliptical fibre depends on where the ellipse lies; there the mean of the index slices is drawn from.
@@ -21,15 +25,16 @@ pub(super) struct Sampler {
     sums: Vec<f32>,
     /// ∫ N over all azimuths, indexed [θ_d][lobe].
     energies: Vec<[f32; LOBES]>,
-    /// Energy that each lobe returns to a camera at θ_r without absorption, indexed [θ_r][lobe].
-    returned: Vec<[f32; LOBES]>,
+    /// Energy that each lobe returns to a camera at θ_r without absorption, and the greatest of
+    /// E_p(θ_d) cos²θ_i / cos²θ_d within its reach; indexed [θ_r][lobe].
+    returned: Vec<[(f32, f32); LOBES]>,
     /// Whether TRT is drawn from another table than it is evaluated with.
     pub trt_differs: bool,
 }
 
 impl Sampler {
-    /// `longitudinal` is M_p at (lobe, θ_h).
-    pub fn new(table: &Table, rest: Option<&Rest>, longitudinal: impl Fn(usize, f64) -> f64) -> Sampler {
+    /// Shifts and widths are those of the lobes' Gaussians in θ_h, radians.
+    pub fn new(table: &Table, rest: Option<&Rest>, shifts: &[f64; LOBES], widths: &[f64; LOBES]) -> Sampler {
         let rows = THETA_STEPS + 1;
         let mut nodes = vec![0.0f32; LOBES * rows * ROW];
         for j in 0..rows {
@@ -59,27 +64,34 @@ impl Sampler {
         sampler.returned = (0..=CAMERA_STEPS)
             .map(|k| {
                 let theta_r = PI * (k as f64 / CAMERA_STEPS as f64 - 0.5);
-                sampler.integrate(theta_r, &longitudinal)
+                std::array::from_fn(|p| sampler.integrate(theta_r, p, shifts[p], widths[p]))
             })
             .collect();
         sampler
     }
 
-    /// ∫ M_p E_p(θ_d) cos²θ_i / cos²θ_d dθ_i.
-    fn integrate(&self, theta_r: f64, longitudinal: impl Fn(usize, f64) -> f64) -> [f32; LOBES] {
-        let mut sum = [0.0f64; LOBES];
-        let step = PI / HALF_STEPS as f64;
+    /// ∫ M_p E_p(θ_d) cos²θ_i / cos²θ_d dθ_i, and the greatest of what stands behind M_p.
+    fn integrate(&self, theta_r: f64, lobe: usize, shift: f64, width: f64) -> (f32, f32) {
+        let (low, high) = (0.5 * (theta_r - 0.5 * PI), 0.5 * (theta_r + 0.5 * PI));
+        // Of a lobe that the cut takes away, what is left of its tail.
+        let from = (shift - REACH * width).min(high - TAIL * width).clamp(low, high);
+        let to = (shift + REACH * width).max(low + TAIL * width).clamp(low, high);
+        let behind = |theta_h: f64| {
+            let theta_i = 2.0 * theta_h - theta_r;
+            let theta_d = (theta_r - theta_h).abs();
+            let ratio = theta_i.cos().max(0.0) / theta_d.cos().max(1e-6);
+            f64::from(self.energy(theta_d as f32)[lobe]) * ratio * ratio
+        };
+        let step = (to - from) / HALF_STEPS as f64;
+        let (mut sum, mut greatest) = (0.0, behind(from).max(behind(to)));
         for k in 0..HALF_STEPS {
-            let theta_i = PI * ((k as f64 + 0.5) / HALF_STEPS as f64 - 0.5);
-            let theta_d = 0.5 * (theta_r - theta_i).abs();
-            let ratio = theta_i.cos() / theta_d.cos().max(1e-6);
-            let energy = self.energy(theta_d as f32);
-            for lobe in 0..LOBES {
-                let m = longitudinal(lobe, 0.5 * (theta_i + theta_r));
-                sum[lobe] += step * m * f64::from(energy[lobe]) * ratio * ratio;
-            }
+            let theta_h = from + step * (k as f64 + 0.5);
+            let z = (theta_h - shift) / width;
+            let value = behind(theta_h);
+            sum += step * libm::exp(-0.5 * z * z) / (width * (2.0 * PI).sqrt()) * value;
+            greatest = greatest.max(value);
         }
-        sum.map(|s| s as f32)
+        (sum as f32, greatest as f32)
     }
 
     /// ∫ N over all azimuths at a difference angle, without absorption.
@@ -90,14 +102,15 @@ impl Sampler {
         std::array::from_fn(|k| a[k] + (b[k] - a[k]) * t)
     }
 
-    /// Energy returned to a camera at inclination `theta_r`, without absorption.
+    /// Energy returned to a camera at inclination `theta_r` without absorption, and the greatest energy that a
+    /// direction of the lobe's returns over the density of θ_h.
     #[inline]
-    pub fn returned(&self, theta_r: f32) -> [f32; LOBES] {
+    pub fn returned(&self, theta_r: f32) -> [(f32, f32); LOBES] {
         let x = (theta_r / std::f32::consts::PI + 0.5) * CAMERA_STEPS as f32;
         let k = (x.max(0.0) as usize).min(CAMERA_STEPS - 1);
         let t = (x - k as f32).clamp(0.0, 1.0);
         let (a, b) = (&self.returned[k], &self.returned[k + 1]);
-        std::array::from_fn(|p| a[p] + (b[p] - a[p]) * t)
+        std::array::from_fn(|p| (a[p].0 + (b[p].0 - a[p].0) * t, a[p].1.max(b[p].1)))
     }
 
     /// The table that a lobe is drawn from, at (θ_d, φ).
@@ -125,8 +138,9 @@ impl Sampler {
         let j = if choice * (low + high) < low { j } else { j + 1 };
         let at = (lobe * (THETA_STEPS + 1) + j) * ROW;
         let sums = &self.sums[at..at + ROW];
-        let target = u * sums[PHI_STEPS];
-        let i = sums.partition_point(|&s| s <= target).clamp(1, PHI_STEPS) - 1;
+        // Half of the last bit keeps off the places where N vanishes.
+        let target = (u + 2.980_232_2e-8) * sums[PHI_STEPS];
+        let i = sums.partition_point(|&s| s < target).clamp(1, PHI_STEPS) - 1;
         let step = std::f32::consts::PI / PHI_STEPS as f32;
         let r = ((target - sums[i]) / step).max(0.0);
         let (a, b) = (self.nodes[at + i], self.nodes[at + i + 1]);

@@ -17,6 +17,9 @@ use std::f32::consts::FRAC_PI_2;
 /// Standard deviations beyond which a Gaussian's cut is below the resolution of f32.
 const UNCUT: f32 = 5.6;
 
+/// A lobe's share is at least this part of what would bound its weight by 3 (for three channels).
+const DEFENCE: f32 = 0.2;
+
 /// One lobe's share and its cut Gaussian.
 #[derive(Clone, Copy, Debug, Default)]
 struct Lobe {
@@ -44,6 +47,9 @@ pub struct Toward<'a> {
     /// Cosine and sine of twice the major axis' azimuth.
     axis: (f32, f32),
     lobes: [Lobe; LOBES],
+    /// Sum of the shares before they were made to sum to one.
+    #[cfg(test)]
+    total: f32,
 }
 
 /// Value without cos θ_i, and density times cos θ_i.
@@ -72,9 +78,34 @@ impl Fibre {
             absorption: at.absorption_rgb,
             axis,
             lobes: [Lobe::default(); LOBES],
+            #[cfg(test)]
+            total: 0.0,
         };
         t.choose();
         t
+    }
+}
+
+#[cfg(test)]
+impl Toward<'_> {
+    /// What no weight exceeds.
+    ///
+    /// A lobe's value over its density is Z_p E_p(θ_d) cos²θ_i / cos²θ_d times what absorption lets through, at
+    /// most 3 times the mean channel that its share counts; so its weight is at most 3 / DEFENCE times the sum
+    /// of the shares before they are made to sum to one. TRT of an elliptical fibre is drawn from the mean of
+    /// 9 slices, any of which is at most 9 times the mean.
+    pub(crate) fn weight_bound(&self) -> f32 {
+        let slices = if self.fibre.sampler.trt_differs { 9.0 } else { 1.0 };
+        3.0 / DEFENCE * self.total * slices
+    }
+
+    /// The same with one lobe alone to draw from, as its density says too; `None` if it is empty.
+    pub(crate) fn drawing_from(mut self, p: usize) -> Option<Self> {
+        for (k, lobe) in self.lobes.iter_mut().enumerate() {
+            let alone = k == p && lobe.share > 0.0;
+            (lobe.share, lobe.scale) = if alone { (1.0, 1.0 / lobe.left) } else { (0.0, 0.0) };
+        }
+        (self.lobes[p].share > 0.0).then_some(self)
     }
 }
 
@@ -97,11 +128,15 @@ impl Toward<'_> {
                 Lobe { below, left: normal_below(b) - below, ends: [a, b], turned, ..Lobe::default() }
             };
             if lobe.left > 0.0 {
-                // No path of the lobe is shorter, so no weight is greater than 3 times what this share allows.
                 let passed = self.absorption.map(|s| exp(-s * f.shortest[p])).iter().sum::<f32>() / 3.0;
-                lobe.share = (returned[p] + 1e-3 * lobe.left) * passed;
+                let (mean, greatest) = returned[p];
+                lobe.share = mean.max(DEFENCE * lobe.left * greatest) * passed;
                 total += lobe.share;
             }
+        }
+        #[cfg(test)]
+        {
+            self.total = total;
         }
         if total > 0.0 {
             for lobe in &mut self.lobes {
@@ -183,8 +218,8 @@ impl Toward<'_> {
         }
         let p = chosen?;
         let (f, lobe) = (self.fibre, &self.lobes[p]);
-        // Half of the last bit keeps the deviate finite.
-        let below = lobe.below + (u[1] + 2.980_232_2e-8) * lobe.left;
+        // Half of the last bit keeps the deviate finite at both ends.
+        let below = (lobe.below + (u[1] + 2.980_232_2e-8) * lobe.left).min(0.999_999_94);
         let z = probit(below).clamp(lobe.ends[0], lobe.ends[1]);
         let z = if lobe.turned { -z } else { z };
         let theta_i = (2.0 * (f.shifts[p] + f.widths[p] * z) - self.theta_r).clamp(-FRAC_PI_2, FRAC_PI_2);

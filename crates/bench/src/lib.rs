@@ -3,4 +3,5 @@
 pub mod contest;
 pub mod embree;
 pub mod hair;
+pub mod memory;
 pub mod rays;

@@ -1,13 +1,14 @@
 //! Boxes, and bins of their centres by which ranges are split.
 
 use super::node::WIDTH;
+use glam::{Vec3, Vec4};
 
 /// A primitive's box and identity while the tree is built.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(32))]
 pub(super) struct Prim {
     pub low: [f32; 3],
-    /// Strand, or surface with the top bit set.
+    /// Strand, or surface with [`SURFACE`] set.
     pub owner: u32,
     pub high: [f32; 3],
     /// Start point of the segment, or triangle.
@@ -17,37 +18,47 @@ pub(super) struct Prim {
 /// Marks the owner of a triangle.
 pub(super) const SURFACE: u32 = 1 << 31;
 
+impl Prim {
+    /// Lowest and highest corner in vectors of four, which the machine takes at once.
+    #[inline(always)]
+    fn corners(&self) -> (Vec4, Vec4) {
+        (Vec3::from(self.low).extend(0.0), Vec3::from(self.high).extend(0.0))
+    }
+
+    /// Twice the centre.
+    #[inline(always)]
+    pub(super) fn centre(&self) -> Vec4 {
+        let (low, high) = self.corners();
+        low + high
+    }
+}
+
+/// A box; the fourth component is unused.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounds {
-    pub low: [f32; 3],
-    pub high: [f32; 3],
+    pub low: Vec4,
+    pub high: Vec4,
 }
 
 impl Bounds {
-    pub(super) const NONE: Bounds = Bounds { low: [f32::INFINITY; 3], high: [f32::NEG_INFINITY; 3] };
+    pub(super) const NONE: Bounds = Bounds { low: Vec4::INFINITY, high: Vec4::NEG_INFINITY };
 
     #[inline(always)]
-    pub(super) fn add(&mut self, low: [f32; 3], high: [f32; 3]) {
-        for k in 0..3 {
-            self.low[k] = if low[k] < self.low[k] { low[k] } else { self.low[k] };
-            self.high[k] = if high[k] > self.high[k] { high[k] } else { self.high[k] };
-        }
+    pub(super) fn add(&mut self, low: Vec4, high: Vec4) {
+        self.low = self.low.min(low);
+        self.high = self.high.max(high);
     }
 
-    pub(super) fn merge(&mut self, other: &Bounds) {
-        self.add(other.low, other.high);
+    #[inline(always)]
+    pub(super) fn add_prim(&mut self, p: &Prim) {
+        let (low, high) = p.corners();
+        self.add(low, high);
     }
 
     pub(super) fn half_area(&self) -> f32 {
-        let [x, y, z] = std::array::from_fn(|k| (self.high[k] - self.low[k]).max(0.0));
-        x * y + y * z + z * x
+        let d = (self.high - self.low).max(Vec4::ZERO);
+        d.x * d.y + d.y * d.z + d.z * d.x
     }
-}
-
-/// Twice the centre of a box.
-#[inline(always)]
-pub(super) fn centre(p: &Prim) -> [f32; 3] {
-    std::array::from_fn(|k| p.low[k] + p.high[k])
 }
 
 const BINS: usize = 16;
@@ -58,40 +69,46 @@ struct Bin {
     count: u32,
 }
 
-/// Indexed [axis][bin].
-pub(super) struct Bins([[Bin; BINS]; 3]);
+/// Bins of each axis.
+pub(super) struct Bins {
+    /// Indexed [axis][bin]; bins from `used` on are not in use.
+    rows: [[Bin; BINS]; 3],
+    used: usize,
+}
 
 /// From twice a centre to its bin, per axis.
 #[derive(Clone, Copy)]
 pub(super) struct Binning {
-    low: [f32; 3],
-    scale: [f32; 3],
+    low: Vec4,
+    scale: Vec4,
+    bins: usize,
 }
 
 impl Binning {
-    pub(super) fn new(centres: &Bounds) -> Binning {
-        let scale = std::array::from_fn(|k| {
-            let extent = centres.high[k] - centres.low[k];
-            // An extent below this would give bins that rounding cannot tell apart.
-            if extent > 1e-30 { BINS as f32 * 0.9999 / extent } else { 0.0 }
-        });
-        Binning { low: centres.low, scale }
+    /// For `n` centres within `centres`; few get few bins, which are quicker to compare.
+    pub(super) fn new(centres: &Bounds, n: usize) -> Binning {
+        let bins = (6 + n / 8).min(BINS);
+        let extent = centres.high - centres.low;
+        // An extent below this would give bins that rounding cannot tell apart.
+        let scale = extent.to_array().map(|e| if e > 1e-30 { bins as f32 * 0.9999 / e } else { 0.0 });
+        Binning { low: centres.low, scale: Vec4::from(scale), bins }
     }
 
+    /// Bin of twice a centre, per axis.
     #[inline(always)]
-    pub(super) fn bin(&self, centre: f32, axis: usize) -> usize {
-        (((centre - self.low[axis]) * self.scale[axis]) as usize).min(BINS - 1)
+    pub(super) fn of(&self, centre: Vec4) -> [usize; 3] {
+        let place = (centre - self.low) * self.scale;
+        [place.x as usize, place.y as usize, place.z as usize].map(|b| b.min(self.bins - 1))
     }
 
     /// What falls into each bin.
     pub(super) fn fill(&self, prims: &[Prim]) -> Bins {
-        let mut bins = Bins::EMPTY;
+        let mut bins = Bins::empty(self.bins);
         for p in prims {
-            let c = centre(p);
-            for axis in 0..3 {
-                let bin = &mut bins.0[axis][self.bin(c[axis], axis)];
-                bin.bounds.add(p.low, p.high);
-                bin.count += 1;
+            let (low, high) = p.corners();
+            for (row, k) in bins.rows.iter_mut().zip(self.of(low + high)) {
+                row[k].bounds.add(low, high);
+                row[k].count += 1;
             }
         }
         bins
@@ -104,14 +121,17 @@ fn leaves(n: u32) -> f32 {
 }
 
 impl Bins {
-    pub(super) const EMPTY: Bins = Bins([[Bin { bounds: Bounds::NONE, count: 0 }; BINS]; 3]);
+    pub(super) fn empty(used: usize) -> Bins {
+        Bins { rows: [[Bin { bounds: Bounds::NONE, count: 0 }; BINS]; 3], used }
+    }
 
     /// Of both together.
     pub(super) fn merged(mut self, other: Bins) -> Bins {
-        for (a, b) in self.0.iter_mut().flatten().zip(other.0.iter().flatten()) {
-            a.bounds.merge(&b.bounds);
+        for (a, b) in self.rows.iter_mut().flatten().zip(other.rows.iter().flatten()) {
+            a.bounds.add(b.bounds.low, b.bounds.high);
             a.count += b.count;
         }
+        self.used = self.used.max(other.used);
         self
     }
 
@@ -119,18 +139,18 @@ impl Bins {
     /// axis.
     pub(super) fn cheapest(&self) -> Option<(usize, usize)> {
         let mut best = (f32::INFINITY, None);
-        for (axis, bins) in self.0.iter().enumerate() {
+        for (axis, row) in self.rows.iter().enumerate() {
             let mut above = [0.0f32; BINS];
             let (mut bounds, mut n) = (Bounds::NONE, 0);
-            for k in (1..BINS).rev() {
-                bounds.merge(&bins[k].bounds);
-                n += bins[k].count;
+            for k in (1..self.used).rev() {
+                bounds.add(row[k].bounds.low, row[k].bounds.high);
+                n += row[k].count;
                 above[k] = if n == 0 { f32::INFINITY } else { bounds.half_area() * leaves(n) };
             }
             (bounds, n) = (Bounds::NONE, 0);
-            for k in 1..BINS {
-                bounds.merge(&bins[k - 1].bounds);
-                n += bins[k - 1].count;
+            for k in 1..self.used {
+                bounds.add(row[k - 1].bounds.low, row[k - 1].bounds.high);
+                n += row[k - 1].count;
                 let cost = bounds.half_area() * leaves(n) + above[k];
                 if n > 0 && cost < best.0 {
                     best = (cost, Some((axis, k)));

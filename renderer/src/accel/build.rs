@@ -1,7 +1,7 @@
 //! Building the tree from the top: each node's range of primitives is split in two by the surface area heuristic
 //! over bins of their boxes' centres (Wald 2007), the part with the largest area first, until there are eight.
 
-use super::bins::{Binning, Bins, Bounds, Prim, SURFACE, centre};
+use super::bins::{Binning, Bins, Bounds, Prim, SURFACE};
 use super::node::{LEAF, Node, WIDTH};
 use rayon::prelude::*;
 
@@ -22,8 +22,8 @@ impl Part {
     fn of(prims: &[Prim], level: u32) -> Part {
         let (mut bounds, mut centres) = (Bounds::NONE, Bounds::NONE);
         for p in prims {
-            bounds.add(p.low, p.high);
-            let c = centre(p);
+            bounds.add_prim(p);
+            let c = p.centre();
             centres.add(c, c);
         }
         Part { from: 0, to: prims.len(), bounds, centres, level, distinct: false }
@@ -91,16 +91,16 @@ fn split(prims: &mut [Prim], part: &Part, key: &Key) -> (Part, Option<Part>) {
         // Small enough for a leaf, so it is here because it is mixed.
         partition(prims, |p| p.owner & SURFACE != 0)
     } else {
-        let binning = Binning::new(&part.centres);
+        let binning = Binning::new(&part.centres, part.len());
         let bins = || {
             if part.len() > 4 * PARALLEL {
-                prims.par_chunks(PARALLEL).map(|c| binning.fill(c)).reduce(|| Bins::EMPTY, Bins::merged)
+                prims.par_chunks(PARALLEL).map(|c| binning.fill(c)).reduce(|| Bins::empty(0), Bins::merged)
             } else {
                 binning.fill(prims)
             }
         };
         match (part.level < MOST_SPLITS).then(bins).as_ref().and_then(Bins::cheapest) {
-            Some((axis, k)) => partition(prims, |p| binning.bin(centre(p)[axis], axis) >= k),
+            Some((axis, k)) => partition(prims, |p| binning.of(p.centre())[axis] >= k),
             None => {
                 if !part.distinct {
                     let kept = without_copies(prims, key);
@@ -124,22 +124,18 @@ fn halve(prims: &mut [Prim], centres: &Bounds) -> usize {
     let axis = (0..3).fold(0, |a, b| if extent(b) > extent(a) { b } else { a });
     let half = prims.len() / 2;
     prims.select_nth_unstable_by(half, |a, b| {
-        centre(a)[axis].total_cmp(&centre(b)[axis]).then((a.owner, a.item).cmp(&(b.owner, b.item)))
+        a.centre()[axis].total_cmp(&b.centre()[axis]).then((a.owner, a.item).cmp(&(b.owner, b.item)))
     });
     half
 }
 
-/// A finished subtree: nodes with the root first, and the levels of nodes.
-pub(super) struct Tree {
-    pub nodes: Vec<Node>,
-    pub levels: usize,
-}
-
-/// The tree over `prims`, which it reorders. A child that is a leaf has in `children` the place of its first
-/// primitive with [`LEAF`] set, and their number in `counts`.
-pub(super) fn build(prims: &mut [Prim], key: &Key) -> Tree {
+/// The tree over `prims`, which it reorders, and its levels: the root first. A child that is a leaf has in
+/// `children` the place of its first primitive with [`LEAF`] set, and their number in `counts`.
+pub(super) fn build(prims: &mut [Prim], key: &Key) -> (Vec<Node>, usize) {
     let whole = Part::of(prims, 0);
-    subtree(prims, whole, key)
+    let mut nodes = Vec::new();
+    let levels = subtree(prims, whole, key, &mut nodes);
+    (nodes, levels)
 }
 
 /// Whether a part becomes a leaf.
@@ -172,8 +168,10 @@ fn children(prims: &mut [Prim], whole: Part, key: &Key) -> Vec<Part> {
     parts
 }
 
-fn subtree(prims: &mut [Prim], whole: Part, key: &Key) -> Tree {
+/// Appends the subtree over `whole` to `nodes`; its levels. `prims` starts with the first of `whole`.
+fn subtree(prims: &mut [Prim], whole: Part, key: &Key, nodes: &mut Vec<Node>) -> usize {
     let parts = children(prims, whole, key);
+    let root = nodes.len();
     let mut node = Node::default();
     let mut inner = Vec::new();
     let (mut rest, mut at) = (prims, whole.from);
@@ -191,21 +189,26 @@ fn subtree(prims: &mut [Prim], whole: Part, key: &Key) -> Tree {
             inner.push((k, own, *p));
         }
     }
-    let n: usize = inner.iter().map(|(_, own, _)| own.len()).sum();
-    let make = |(k, own, p): (usize, &mut [Prim], Part)| (k, subtree(own, p, key));
-    let made: Vec<(usize, Tree)> = if n > PARALLEL {
-        inner.into_par_iter().map(make).collect()
-    } else {
-        inner.into_iter().map(make).collect()
-    };
-    let mut nodes = Vec::with_capacity(1 + made.iter().map(|(_, t)| t.nodes.len()).sum::<usize>());
     nodes.push(node);
     let mut levels = 0;
-    for (k, tree) in made {
+    if whole.len() <= PARALLEL {
+        for (k, own, p) in inner {
+            nodes[root].children[k] = nodes.len() as u32;
+            levels = levels.max(subtree(own, p, key, nodes));
+        }
+        return levels + 1;
+    }
+    let make = |(k, own, p): (usize, &mut [Prim], Part)| {
+        let mut made = Vec::new();
+        let levels = subtree(own, p, key, &mut made);
+        (k, made, levels)
+    };
+    let made: Vec<(usize, Vec<Node>, usize)> = inner.into_par_iter().map(make).collect();
+    for (k, subtree, deep) in made {
         let at = nodes.len() as u32;
-        nodes[0].children[k] = at;
-        levels = levels.max(tree.levels);
-        nodes.extend(tree.nodes.into_iter().map(|mut n| {
+        nodes[root].children[k] = at;
+        levels = levels.max(deep);
+        nodes.extend(subtree.into_iter().map(|mut n| {
             for c in 0..WIDTH {
                 if n.counts[c] == 0 {
                     n.children[c] += at;
@@ -214,5 +217,5 @@ fn subtree(prims: &mut [Prim], whole: Part, key: &Key) -> Tree {
             n
         }));
     }
-    Tree { nodes, levels: levels + 1 }
+    levels + 1
 }

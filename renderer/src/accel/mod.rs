@@ -7,6 +7,7 @@ mod lanes;
 mod leaf;
 mod node;
 mod prepare;
+mod profile;
 mod walk;
 
 use glam::{DVec3, Vec3};
@@ -15,6 +16,7 @@ use lanes::Avx2;
 use lanes::{Lanes, Portable};
 use leaf::{Cones, Name, Triangles};
 use node::{INDEX, Node, TRIANGLES, TreeRay, WIDTH};
+pub use profile::{Shape, Work};
 use walk::Forest;
 
 /// What a ray met first.

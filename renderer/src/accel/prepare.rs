@@ -92,17 +92,18 @@ impl Accel {
             )));
         }
         let mut all = Bounds::NONE;
-        prims.iter().for_each(|p| all.add(p.low, p.high));
-        let (low, high) = (Vec3::from(all.low), Vec3::from(all.high));
+        prims.iter().for_each(|p| all.add_prim(p));
+        let (low, high) = (all.low.truncate(), all.high.truncate());
         // Rounding in the tests grows with the distances involved: wider boxes make them conservative.
         let pad = 4e-7 * ((high - low).length() + low.abs().max(high.abs()).max_element());
         for p in &mut prims {
             p.low = p.low.map(|v| v - pad);
             p.high = p.high.map(|v| v + pad);
         }
-        let tree = build(&mut prims, &|p: &Prim| geometry.key(p));
-        assert!(tree.levels <= MOST_LEVELS, "{} primitives gave {} levels", prims.len(), tree.levels);
-        let mut nodes = tree.nodes;
+        let (made, levels) = build(&mut prims, &|p: &Prim| geometry.key(p));
+        assert!(levels <= MOST_LEVELS, "{} primitives gave {levels} levels", prims.len());
+        let mut nodes = room(made.len());
+        nodes.extend(made);
         let (cones, triangles) = fill(&mut nodes, &prims, &geometry);
         Ok(Accel {
             nodes,
@@ -132,7 +133,8 @@ fn fill(nodes: &mut [Node], prims: &[Prim], geometry: &Geometry) -> (Vec<Cones>,
         }
     }
     let of = |&(from, count): &(u32, u8)| prims[from as usize..].iter().take(usize::from(count)).enumerate();
-    let cones = fibres
+    let mut cones = room(fibres.len());
+    fibres
         .par_iter()
         .map(|leaf| {
             let mut cones = Cones::default();
@@ -141,7 +143,7 @@ fn fill(nodes: &mut [Node], prims: &[Prim], geometry: &Geometry) -> (Vec<Cones>,
             }
             cones
         })
-        .collect();
+        .collect_into_vec(&mut cones);
     let triangles = flats
         .par_iter()
         .map(|leaf| {
@@ -155,4 +157,22 @@ fn fill(nodes: &mut [Node], prims: &[Prim], geometry: &Geometry) -> (Vec<Cones>,
         })
         .collect();
     (cones, triangles)
+}
+
+/// An empty vector with room for `n`, in large pages where the system gives them on request: rays jump about in
+/// it, and each jump to a small page costs a look-up.
+fn room<T>(n: usize) -> Vec<T> {
+    let vec: Vec<T> = Vec::with_capacity(n);
+    #[cfg(target_os = "linux")]
+    {
+        const PAGE: usize = 4096;
+        let start = (vec.as_ptr() as usize).next_multiple_of(PAGE);
+        let end = (vec.as_ptr() as usize + n * size_of::<T>()) / PAGE * PAGE;
+        if end > start {
+            // SAFETY: the range lies within the allocation; this advice changes no content. That it may not be
+            // followed is no matter.
+            unsafe { libc::madvise(start as *mut libc::c_void, end - start, libc::MADV_HUGEPAGE) };
+        }
+    }
+    vec
 }

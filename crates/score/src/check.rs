@@ -3,7 +3,7 @@
 use crate::ScoreError;
 use strandbench_types::{Estimate, StrandSet, Truth, Visibility};
 
-fn fault<T>(text: String) -> Result<T, ScoreError> {
+pub(crate) fn fault<T>(text: String) -> Result<T, ScoreError> {
     Err(ScoreError::Input(text))
 }
 

@@ -53,7 +53,7 @@ impl Cells {
     }
 }
 
-fn cell_weights(points: &[[f64; 3]], shift: u32) -> Vec<f64> {
+pub(crate) fn cell_weights(points: &[[f64; 3]], shift: u32) -> Vec<f64> {
     let cell = |p: &[f64; 3]| -> [i32; 3] {
         std::array::from_fn(|k| (p[k] / CELL_MM + 0.5 * f64::from(shift >> k & 1)).floor() as i32)
     };

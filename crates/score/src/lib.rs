@@ -10,6 +10,7 @@ mod depth;
 mod hull;
 mod luo;
 mod metrics;
+mod motion;
 mod nulls;
 mod protocol;
 mod regions;
@@ -17,14 +18,17 @@ mod rows;
 mod sheet;
 mod silhouette;
 mod stats;
+mod strands;
 mod subject;
 mod visible;
 
 use strandbench_types::{Estimate, Monitor, Truth};
 
 pub use metrics::{METRICS, Metric, metric};
+pub use motion::{FrameFigures, SequenceScorer, SequenceSheet, flicker_floor_mm, motion_metrics};
 pub use protocol::{PROTOCOL, PROTOCOL_VERSION, protocol_id};
 pub use sheet::{ConfidenceBin, ErrorCurve, Score, ScoreError, ScoreSheet, WorstRegion};
+pub use strands::{StrandGrid, StrandSheet, score_strands, strand_metrics};
 
 use regions::Regions;
 use rows::Rows;

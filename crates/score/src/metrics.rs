@@ -9,7 +9,8 @@ pub struct Metric {
     pub id: &'static str,
     /// A few words for a table's head.
     pub title: &'static str,
-    /// `mm`, `deg` or `share`.
+    /// `mm`, `deg`, `share`, of strands also `count`, `1/m` and `log2` (the binary logarithm of a ratio), and
+    /// over time `ms`, `mm/s`, `mm/s²` and `mm/frame²`.
     pub unit: &'static str,
     /// Whether a lower value is better. Of a signed figure the magnitude counts.
     pub lower_is_better: bool,
@@ -130,13 +131,17 @@ pub(crate) const CHANCE_CORRECTED: &[(&str, &str)] = &[
     ("B7.within_30deg", "B7.within_30deg.cc"),
 ];
 
-/// Row of [`METRICS`] that describes `id`.
+fn tables() -> impl Iterator<Item = &'static Metric> {
+    METRICS.iter().chain(crate::strand_metrics()).chain(crate::motion_metrics())
+}
+
+/// Row of the tables, one after the other, that describes `id`.
 pub(crate) fn position(id: &str) -> Option<usize> {
     let stem = match id.strip_prefix("A4.iou.") {
         Some(camera) if !camera.is_empty() && camera.bytes().all(|b| b.is_ascii_digit()) => "A4.iou",
         _ => id,
     };
-    METRICS.iter().position(|m| m.id == stem)
+    tables().position(|m| m.id == stem)
 }
 
 /// The description of a metric by its name in [`crate::Score::metric`].
@@ -144,7 +149,7 @@ pub(crate) fn position(id: &str) -> Option<usize> {
 /// # Errors
 /// [`ScoreError::UnknownMetric`] if the protocol has none of that name.
 pub fn metric(id: &str) -> Result<&'static Metric, ScoreError> {
-    position(id).map(|i| &METRICS[i]).ok_or_else(|| ScoreError::UnknownMetric { id: id.to_owned() })
+    position(id).and_then(|i| tables().nth(i)).ok_or_else(|| ScoreError::UnknownMetric { id: id.to_owned() })
 }
 
 #[cfg(test)]
@@ -153,9 +158,10 @@ mod tests {
 
     #[test]
     fn names_are_unique_and_unknown_ones_refused() {
-        for (i, m) in METRICS.iter().enumerate() {
+        for (i, m) in tables().enumerate() {
             assert_eq!(position(m.id), Some(i), "{}", m.id);
-            assert!(["mm", "deg", "share"].contains(&m.unit) && m.meaning.ends_with('.'), "{}", m.id);
+            let units = ["mm", "deg", "share", "count", "1/m", "log2", "ms", "mm/s", "mm/s²", "mm/frame²"];
+            assert!(units.contains(&m.unit) && m.meaning.ends_with('.'), "{}", m.id);
         }
         assert_eq!(metric("A4.iou.3").unwrap().id, "A4.iou");
         for id in ["A4.iou.x", "A4.iou.", "A1", "A1.over_3mm", ""] {

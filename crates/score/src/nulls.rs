@@ -29,21 +29,23 @@ pub(crate) fn all(truth: &Truth, regions: &Regions, hull: &Hull, seed: u64) -> [
         hull.iter().map(|h| h.as_ref().map_or(constant, pick)).collect()
     };
     let (random, front) = (depth(|h| h.random), depth(|h| h.front));
-    let isotropic = |i: u32, _: usize| {
-        let mut rng = Rng::keyed(&[seed, NULL_KEY, 1, u64::from(i)]);
-        let (z, (s, c)) = (2.0 * rng.f64() - 1.0, (2.0 * PI * rng.f64()).sin_cos());
-        let r = (1.0 - z * z).sqrt();
-        DVec3::new(r * c, r * s, z)
-    };
+    let random_line = |i: u32, _: usize| isotropic(&mut Rng::keyed(&[seed, NULL_KEY, 1, u64::from(i)]));
     let principal = maker.camera.camera_from_world * principal_direction(truth);
-    let draped = maker.draped(&front);
+    let draped = draped(maker.camera, truth.views[0].mask.size(), &regions.hair, &front);
     [
-        maker.subject("N0", &random, isotropic),
+        maker.subject("N0", &random, random_line),
         maker.subject("N1", &random, |_, _| principal),
         maker.subject("N2", &front, |_, k| draped[k]),
         maker.subject("NC", &vec![constant; hull.len()], |_, _| DVec3::Y),
         ceiling(truth),
     ]
+}
+
+/// A direction drawn uniformly from the sphere.
+pub(crate) fn isotropic(rng: &mut Rng) -> DVec3 {
+    let (z, (s, c)) = (2.0 * rng.f64() - 1.0, (2.0 * PI * rng.f64()).sin_cos());
+    let r = (1.0 - z * z).sqrt();
+    DVec3::new(r * c, r * s, z)
 }
 
 struct Maker<'a> {
@@ -82,62 +84,60 @@ impl Maker<'_> {
         }
         s
     }
+}
 
-    /// Directions of hair that hangs down the hull: the image's downward direction laid into the tangent
-    /// plane of the smoothed hull front; camera frame, per hair pixel.
-    fn draped(&self, front: &[f64]) -> Vec<DVec3> {
-        let (w, h) = self.truth.views[0].mask.size();
-        let (sum, count) = self.integrals(front, w, h);
-        let smooth = |x: i64, y: i64| {
-            let r = SMOOTH_PX as i64;
-            let clip = |v: i64, n: usize| v.clamp(0, n as i64) as usize;
-            let (x0, x1, y0, y1) = (clip(x - r, w), clip(x + r + 1, w), clip(y - r, h), clip(y + r + 1, h));
-            let at = |t: &[f64]| {
-                t[y1 * (w + 1) + x1] - t[y0 * (w + 1) + x1] - t[y1 * (w + 1) + x0] + t[y0 * (w + 1) + x0]
-            };
-            let n = at(&count);
-            (n > 0.5).then(|| at(&sum) / n)
+/// Directions of hair that hangs down the hull: the image's downward direction laid into the tangent
+/// plane of the smoothed hull front; camera frame, per pixel of `hair` in an image of `(w, h)`.
+pub(crate) fn draped(camera: &Camera, (w, h): (usize, usize), hair: &[u32], front: &[f64]) -> Vec<DVec3> {
+    let (sum, count) = integrals(hair, front, w, h);
+    let smooth = |x: i64, y: i64| {
+        let r = SMOOTH_PX as i64;
+        let clip = |v: i64, n: usize| v.clamp(0, n as i64) as usize;
+        let (x0, x1, y0, y1) = (clip(x - r, w), clip(x + r + 1, w), clip(y - r, h), clip(y + r + 1, h));
+        let at = |t: &[f64]| {
+            t[y1 * (w + 1) + x1] - t[y0 * (w + 1) + x1] - t[y1 * (w + 1) + x0] + t[y0 * (w + 1) + x0]
         };
-        let point = |x: i64, y: i64| {
-            let z = smooth(x, y)?;
-            let xy = (DVec2::new(x as f64 + 0.5, y as f64 + 0.5) - self.camera.principal_px)
-                / self.camera.focal_px;
-            Some(DVec3::new(xy.x, xy.y, 1.0) * z)
-        };
-        let of_pixel = |&i: &u32| {
-            let (x, y) = ((i as usize % w) as i64, (i as usize / w) as i64);
-            let across = |dx: i64, dy: i64| Some(point(x + dx, y + dy)? - point(x - dx, y - dy)?);
-            let normal =
-                across(1, 0).zip(across(0, 1)).map_or(DVec3::NEG_Z, |(u, v)| v.cross(u).normalize_or_zero());
-            let down = DVec3::Y - normal * normal.y;
-            if down.length() > 1e-3 {
-                down.normalize()
-            } else {
-                (DVec3::Z - normal * normal.z).normalize_or(DVec3::Y)
-            }
-        };
-        self.regions.hair.par_iter().map(of_pixel).collect()
-    }
-
-    /// Summed-area tables of the depths (relative to their first) and of the mask, (w + 1) x (h + 1).
-    fn integrals(&self, front: &[f64], w: usize, h: usize) -> (Vec<f64>, Vec<f64>) {
-        let mut sum = vec![0.0; (w + 1) * (h + 1)];
-        let mut count = sum.clone();
-        for (k, &i) in self.regions.hair.iter().enumerate() {
-            let at = (i as usize / w + 1) * (w + 1) + i as usize % w + 1;
-            sum[at] = front[k];
-            count[at] = 1.0;
+        let n = at(&count);
+        (n > 0.5).then(|| at(&sum) / n)
+    };
+    let point = |x: i64, y: i64| {
+        let z = smooth(x, y)?;
+        let xy = (DVec2::new(x as f64 + 0.5, y as f64 + 0.5) - camera.principal_px) / camera.focal_px;
+        Some(DVec3::new(xy.x, xy.y, 1.0) * z)
+    };
+    let of_pixel = |&i: &u32| {
+        let (x, y) = ((i as usize % w) as i64, (i as usize / w) as i64);
+        let across = |dx: i64, dy: i64| Some(point(x + dx, y + dy)? - point(x - dx, y - dy)?);
+        let normal =
+            across(1, 0).zip(across(0, 1)).map_or(DVec3::NEG_Z, |(u, v)| v.cross(u).normalize_or_zero());
+        let down = DVec3::Y - normal * normal.y;
+        if down.length() > 1e-3 {
+            down.normalize()
+        } else {
+            (DVec3::Z - normal * normal.z).normalize_or(DVec3::Y)
         }
-        for t in [&mut sum, &mut count] {
-            for y in 1..=h {
-                for x in 1..=w {
-                    let at = y * (w + 1) + x;
-                    t[at] += t[at - 1] + t[at - w - 1] - t[at - w - 2];
-                }
+    };
+    hair.par_iter().map(of_pixel).collect()
+}
+
+/// Summed-area tables of the depths (relative to their first) and of the mask, (w + 1) x (h + 1).
+fn integrals(hair: &[u32], front: &[f64], w: usize, h: usize) -> (Vec<f64>, Vec<f64>) {
+    let mut sum = vec![0.0; (w + 1) * (h + 1)];
+    let mut count = sum.clone();
+    for (k, &i) in hair.iter().enumerate() {
+        let at = (i as usize / w + 1) * (w + 1) + i as usize % w + 1;
+        sum[at] = front[k];
+        count[at] = 1.0;
+    }
+    for t in [&mut sum, &mut count] {
+        for y in 1..=h {
+            for x in 1..=w {
+                let at = y * (w + 1) + x;
+                t[at] += t[at - 1] + t[at - w - 1] - t[at - w - 2];
             }
         }
-        (sum, count)
     }
+    (sum, count)
 }
 
 /// Angle in [0, π) of the image of a line with direction `d` (camera frame) seen at `pixel`; NaN for a line
@@ -149,7 +149,7 @@ pub(crate) fn image_line(camera: &Camera, pixel: DVec2, d: DVec3) -> f64 {
 }
 
 /// Principal axis of all fibre segments weighted by their length, world, unit: one line for the whole scene.
-fn principal_direction(truth: &Truth) -> DVec3 {
+pub(crate) fn principal_direction(truth: &Truth) -> DVec3 {
     let mut m = DMat3::ZERO;
     for strand in truth.strands.iter() {
         for w in strand.windows(2) {

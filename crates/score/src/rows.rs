@@ -1,6 +1,6 @@
 //! Collects figures and brings them into the protocol's order.
 
-use crate::metrics::{CHANCE_CORRECTED, METRICS, metric, position};
+use crate::metrics::{CHANCE_CORRECTED, metric, position};
 use crate::sheet::Score;
 use crate::stats::{percentile, share_within};
 
@@ -58,7 +58,12 @@ impl Rows {
 
     /// Adds (S - N1) / (1 - N1) for every share S that has such a row (METRICS ground rule 8).
     pub fn chance_corrected(&mut self) {
-        for (share, corrected) in CHANCE_CORRECTED {
+        self.above_chance(CHANCE_CORRECTED);
+    }
+
+    /// The same for these shares.
+    pub fn above_chance(&mut self, shares: &[(&str, &str)]) {
+        for (share, corrected) in shares {
             let good = |s: &Score| s.value.map(|v| if s.lower_is_better { 1.0 - v } else { v });
             let of: Vec<Score> = self.scores.iter().filter(|s| s.metric == *share).cloned().collect();
             let chance = of.iter().find(|s| s.subject == "N1").and_then(good).unwrap_or(f64::NAN);
@@ -81,7 +86,7 @@ impl Rows {
     pub fn finish(mut self) -> Vec<Score> {
         self.scores.sort_by_cached_key(|s| {
             let subject = SUBJECTS.iter().position(|n| *n == s.subject);
-            (position(&s.metric).unwrap_or(METRICS.len()), s.metric.len(), s.metric.clone(), subject)
+            (position(&s.metric).unwrap_or(usize::MAX), s.metric.len(), s.metric.clone(), subject)
         });
         self.scores
     }

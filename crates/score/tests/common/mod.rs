@@ -1,6 +1,8 @@
 //! A scene whose truth is written down from formulas: hair wound round a cylinder, seen by three cameras.
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
+pub mod strands;
+
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use std::f64::consts::PI;
 use strandbench_score::{Score, ScoreSheet, score};

@@ -1,0 +1,333 @@
+//! Strands as curves, ready for nearest and range queries.
+
+use super::tree::{Limit, Tree};
+use crate::ScoreError;
+use crate::check::fault;
+use glam::{DVec3, Vec3};
+use strandbench_types::StrandSet;
+
+/// Segments shorter than this have no direction; they are left out and counted, mm (METRICS ground rule 3).
+pub(crate) const MIN_SEGMENT_MM: f32 = 1e-6;
+
+/// Two pieces whose distances differ by less count as equally near, mm.
+const TIE_MM: f64 = 1e-9;
+
+/// Distances of the grid, mm.
+pub(crate) const GRID_MM: [f64; 7] = [0.25, 0.5, 1.0, 2.0, 3.0, 4.0, 5.0];
+
+/// Angles of the grid, degrees.
+pub(crate) const GRID_DEG: [f64; 6] = [5.0, 10.0, 20.0, 30.0, 40.0, 90.0];
+
+/// Square of the cosine from which on two lines are within an angle; every pair of lines is within 90 degrees.
+pub(crate) fn cos_squared(deg: f64) -> f64 {
+    if deg >= 90.0 { 0.0 } else { deg.to_radians().cos().powi(2) }
+}
+
+/// A part of a segment: its index in the points, and where on it the part begins and ends (0 to 1).
+pub(crate) type Part = (u32, [f64; 2]);
+
+struct Segment {
+    a: Vec3,
+    b: Vec3,
+    /// Index of `a` in the strand set's points.
+    point: u32,
+}
+
+/// The point of a curve nearest to a query.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Hit {
+    pub distance_mm: f64,
+    /// Squared cosine between the query's line and the curve.
+    pub cos2: f64,
+    /// Unit direction of the curve there, from its first point to its last.
+    pub direction: DVec3,
+    /// Index of the segment's first point.
+    pub point: u32,
+    /// Position on that segment, 0 to 1.
+    pub along: f64,
+}
+
+/// Segments, or parts of segments, in a tree.
+pub(crate) struct Curves {
+    tree: Tree,
+    segments: Vec<Segment>,
+    /// Extent of each part; empty if every segment is whole.
+    cuts: Vec<[f64; 2]>,
+    /// Segments without a direction, left out.
+    pub dropped: u64,
+}
+
+impl Curves {
+    /// All segments of the strands for which `keep` (by strand) is true.
+    pub fn whole(strands: &StrandSet, keep: impl Fn(usize) -> bool) -> Result<Curves, ScoreError> {
+        let mut starts = Vec::with_capacity(strands.points.len());
+        let mut dropped = 0;
+        for strand in (0..strands.len()).filter(|&s| keep(s)) {
+            let range = strands.range(strand);
+            for i in range.start..range.end - 1 {
+                if strands.points[i].distance(strands.points[i + 1]) < MIN_SEGMENT_MM {
+                    dropped += 1;
+                } else {
+                    starts.push(i as u32);
+                }
+            }
+        }
+        let ends = |i: usize| {
+            let p = starts[i] as usize;
+            [strands.points[p], strands.points[p + 1]]
+        };
+        let (tree, order) = Tree::new(starts.len(), |i| {
+            let [a, b] = ends(i);
+            [a.min(b), a.max(b)]
+        });
+        let segment = |&i: &u32| {
+            let [a, b] = ends(i as usize);
+            Segment { a, b, point: starts[i as usize] }
+        };
+        let segments = order.iter().map(segment).collect();
+        Ok(Curves { tree, segments, cuts: Vec::new(), dropped })
+    }
+
+    /// Parts of segments.
+    pub fn parts(strands: &StrandSet, parts: &[Part]) -> Curves {
+        let ends = |i: usize| {
+            let p = parts[i].0 as usize;
+            [strands.points[p], strands.points[p + 1]]
+        };
+        let (tree, order) = Tree::new(parts.len(), |i| {
+            let [a, b] = ends(i).map(Vec3::as_dvec3);
+            let [from, to] = parts[i].1.map(|t| a + (b - a) * t);
+            // Rounded outwards, so that the box holds the part.
+            let (lo, hi) = (from.min(to).as_vec3(), from.max(to).as_vec3());
+            [lo.map(f32::next_down), hi.map(f32::next_up)]
+        });
+        let segment = |&i: &u32| {
+            let [a, b] = ends(i as usize);
+            Segment { a, b, point: parts[i as usize].0 }
+        };
+        Curves {
+            tree,
+            segments: order.iter().map(segment).collect(),
+            cuts: order.iter().map(|&i| parts[i as usize].1).collect(),
+            dropped: 0,
+        }
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.segments.is_empty()
+    }
+
+    /// The point of a member nearest to `p`: squared distance, squared cosine with the unit line `t`, position.
+    fn member(&self, rank: usize, p: DVec3, t: DVec3) -> (f64, f64, f64) {
+        let s = &self.segments[rank];
+        let a = s.a.as_dvec3();
+        let u = s.b.as_dvec3() - a;
+        let uu = u.length_squared();
+        let [from, to] = self.cuts.get(rank).copied().unwrap_or([0.0, 1.0]);
+        let along = ((p - a).dot(u) / uu).clamp(from, to);
+        let tu = t.dot(u);
+        ((a + u * along - p).length_squared(), tu * tu / uu, along)
+    }
+
+    /// The nearest piece within `reach_mm` whose line is within an angle of the unit line `t` (`cos2_min` is the
+    /// square of its cosine); of equally near ones, that of the smallest angle.
+    pub fn nearest(&self, p: DVec3, t: DVec3, reach_mm: f64, cos2_min: f64) -> Option<Hit> {
+        let mut best: Option<Hit> = None;
+        let mut least = f64::INFINITY;
+        let reach = reach_mm * reach_mm;
+        self.tree.walk(p, reach, |rank| {
+            let (d2, cos2, along) = self.member(rank, p, t);
+            let limit = |least: f64| reach.min((least + TIE_MM).powi(2));
+            if d2 > limit(least) || cos2 < cos2_min {
+                return limit(least);
+            }
+            let distance_mm = d2.sqrt();
+            let point = self.segments[rank].point;
+            let better = best.as_ref().is_none_or(|b| {
+                distance_mm < least - TIE_MM
+                    || match cos2.total_cmp(&b.cos2) {
+                        std::cmp::Ordering::Greater => true,
+                        std::cmp::Ordering::Equal => point < b.point,
+                        std::cmp::Ordering::Less => false,
+                    }
+            });
+            if better {
+                let s = &self.segments[rank];
+                let direction = (s.b.as_dvec3() - s.a.as_dvec3()).normalize();
+                best = Some(Hit { distance_mm, cos2, direction, point, along });
+            }
+            least = least.min(distance_mm);
+            limit(least)
+        });
+        best
+    }
+
+    /// First points of the segments nearest to `p`, at most one a strand, at most `most`, within `reach_mm`, from near
+    /// to far; `strand_of` tells a point's strand.
+    pub fn around(&self, p: DVec3, reach_mm: f64, most: usize, strand_of: &[u32]) -> Vec<u32> {
+        let mut found: Vec<(f64, u32)> = Vec::with_capacity(most + 1);
+        let reach = reach_mm * reach_mm;
+        self.tree.walk(p, reach, |rank| {
+            let limit = |found: &[(f64, u32)]| if found.len() < most { reach } else { found[most - 1].0 };
+            let (d2, ..) = self.member(rank, p, DVec3::X);
+            let point = self.segments[rank].point;
+            if d2 <= limit(&found) {
+                let strand = strand_of[point as usize];
+                let same = found.iter().position(|f| strand_of[f.1 as usize] == strand);
+                let better = same.is_none_or(|k| (d2, point) < found[k]);
+                if better {
+                    if let Some(k) = same {
+                        found.remove(k);
+                    }
+                    let at = found.partition_point(|f| *f < (d2, point));
+                    found.insert(at, (d2, point));
+                    found.truncate(most);
+                }
+            }
+            limit(&found)
+        });
+        found.into_iter().map(|f| f.1).collect()
+    }
+
+    /// The largest squared cosine with the unit line `t` among the pieces within each distance of the grid; -1
+    /// where there is none. With `vertices`, distances are to each segment's first point alone. Exact up to the
+    /// smallest angle of the grid; beyond it "near enough" ends the search.
+    pub fn staircase(&self, p: DVec3, t: DVec3, vertices: bool) -> [f64; 7] {
+        let steps = Staircase([-1.0; 7]);
+        let mut out = [-1.0; 7];
+        self.tree.walk_while(
+            p,
+            |d| d <= GRID2[6],
+            |rank, steps: &mut Staircase| {
+                let (mut d2, cos2, ..) = self.member(rank, p, t);
+                if vertices {
+                    d2 = self.segments[rank].a.as_dvec3().distance_squared(p);
+                }
+                let Some(level) = GRID2.iter().position(|&g| d2 <= g) else { return };
+                for s in &mut steps.0[level..] {
+                    if *s >= cos2 {
+                        break;
+                    }
+                    *s = cos2;
+                }
+                out = steps.0;
+            },
+            steps,
+        );
+        out
+    }
+}
+
+/// Squares of [`GRID_MM`].
+const GRID2: [f64; 7] = [0.0625, 0.25, 1.0, 4.0, 9.0, 16.0, 25.0];
+
+/// cos² of the grid's smallest angle, 5 degrees, rounded up.
+const ENOUGH: f64 = 0.992_403_876_6;
+
+/// Best squared cosine within each distance of the grid.
+struct Staircase([f64; 7]);
+
+impl Limit for Staircase {
+    fn matters(&self, distance_squared: f64) -> bool {
+        let level = GRID2.iter().position(|&g| distance_squared <= g);
+        level.is_some_and(|l| self.0[l] < ENOUGH)
+    }
+}
+
+/// Refuses what no hair is: a strand so long that its samples could not be counted.
+pub(crate) fn check_lengths(strands: &StrandSet, whose: &str) -> Result<(), ScoreError> {
+    const LONGEST_MM: f64 = 1e5;
+    for strand in 0..strands.len() {
+        let length = strands.length_mm(strand);
+        if !(length <= LONGEST_MM) {
+            return fault(format!(
+                "the {whose} strand {strand} is {length} mm long, more than {LONGEST_MM} mm; give points in mm"
+            ));
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use strandbench_rng::Rng;
+
+    fn random(seed: u64, n: u64) -> StrandSet {
+        let mut set = StrandSet::new();
+        for i in 0..n {
+            let mut r = Rng::keyed(&[seed, i]);
+            let mut v = |s: f32| Vec3::new(r.range(-s, s), r.range(-s, s), r.range(-s, s));
+            let a = v(8.0);
+            set.push(&[a, a + v(3.0), a + v(4.0)], 0.04);
+        }
+        set
+    }
+
+    fn brute(set: &StrandSet, p: DVec3, t: DVec3) -> Vec<(f64, f64)> {
+        let mut all = Vec::new();
+        for s in set.iter() {
+            for w in s.windows(2) {
+                let (a, b) = (w[0].as_dvec3(), w[1].as_dvec3());
+                let u = b - a;
+                let along = ((p - a).dot(u) / u.length_squared()).clamp(0.0, 1.0);
+                all.push((
+                    p.distance(a + u * along),
+                    t.dot(u.normalize()).abs().min(1.0).acos().to_degrees(),
+                ));
+            }
+        }
+        all
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(150))]
+        #[test]
+        fn queries_agree_with_brute_force(seed in any::<u64>(), n in 1..120u64) {
+            let set = random(seed, n);
+            let curves = Curves::whole(&set, |_| true).unwrap();
+            let mut r = Rng::keyed(&[seed, 1 << 40]);
+            let mut v = |s: f32| DVec3::new(f64::from(r.range(-s, s)), f64::from(r.range(-s, s)), f64::from(r.range(-s, s)));
+            let (p, t) = (v(9.0), v(1.0).normalize());
+            let all = brute(&set, p, t);
+            let stairs = curves.staircase(p, t, false);
+            for (d, mm) in GRID_MM.iter().enumerate() {
+                for deg in GRID_DEG {
+                    let want = all.iter().any(|(x, a)| x <= mm && *a <= deg);
+                    prop_assert_eq!(stairs[d] >= cos_squared(deg), want, "{} mm {} deg", mm, deg);
+                }
+            }
+            let nearest = all.iter().fold(f64::INFINITY, |m, x| m.min(x.0));
+            let hit = curves.nearest(p, t, f64::INFINITY, 0.0).unwrap();
+            prop_assert!((hit.distance_mm - nearest).abs() < 1e-12);
+            let aligned = all.iter().filter(|x| x.1 <= 20.0).fold(f64::INFINITY, |m, x| m.min(x.0));
+            let hit = curves.nearest(p, t, 4.0, cos_squared(20.0));
+            prop_assert_eq!(hit.map_or(f64::INFINITY, |h| (h.distance_mm * 1e9).round()),
+                if aligned <= 4.0 { (aligned * 1e9).round() } else { f64::INFINITY });
+        }
+    }
+
+    #[test]
+    fn ties_go_to_the_smaller_angle_and_parts_end_where_they_are_cut() {
+        let mut set = StrandSet::new();
+        set.push(&[Vec3::ZERO, Vec3::X, Vec3::new(1.0, -1.0, 0.0)], 0.04);
+        let curves = Curves::whole(&set, |_| true).unwrap();
+        let corner = DVec3::new(2.0, 1.0, 0.0);
+        for (t, point) in [(DVec3::X, 0), (DVec3::Y, 1)] {
+            let hit = curves.nearest(corner, t, 9.0, 0.0).unwrap();
+            assert_eq!((hit.point, hit.cos2), (point, 1.0));
+        }
+        assert_eq!(curves.nearest(corner, DVec3::Y, 9.0, 0.0).unwrap().direction, DVec3::NEG_Y);
+        let parts = Curves::parts(&set, &[(0, [0.25, 0.5])]);
+        let hit = parts.nearest(DVec3::new(1.0, 0.0, 0.0), DVec3::X, 9.0, 0.0).unwrap();
+        assert_eq!((hit.distance_mm, hit.along), (0.5, 0.5));
+        assert!(parts.nearest(DVec3::X, DVec3::X, 0.4, 0.0).is_none());
+        let far = curves.staircase(DVec3::new(0.5, 3.5, 0.0), DVec3::X, false);
+        assert_eq!(far.map(|c| c >= 0.0), [false, false, false, false, false, true, true]);
+        assert!(
+            curves.staircase(DVec3::new(0.5, 0.0, 0.0), DVec3::X, true)[0] < 0.0,
+            "no vertex within 0.25 mm"
+        );
+    }
+}

@@ -1,0 +1,199 @@
+//! A tree of boxes over anything that has one, for nearest and range queries.
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+/// Members of a leaf, at most.
+const LEAF: usize = 4;
+
+/// Bits of an axis in the order along which members are sorted.
+const BITS: u32 = 21;
+
+/// Deepest stack of a walk: one level for each bit of the sorting key, and halving below that.
+const STACK: usize = 3 * BITS as usize + 34;
+
+#[derive(Clone, Copy, Debug)]
+struct Node {
+    lo: Vec3,
+    /// Inner node: index of the second child (the first follows the node). Leaf: rank of its first member.
+    link: u32,
+    hi: Vec3,
+    /// Members of a leaf; 0 for an inner node.
+    count: u32,
+}
+
+impl Node {
+    fn distance_squared(&self, p: DVec3) -> f64 {
+        (self.lo.as_dvec3() - p).max(p - self.hi.as_dvec3()).max(DVec3::ZERO).length_squared()
+    }
+}
+
+/// The boxes of members in the tree's own order.
+pub(crate) struct Tree {
+    nodes: Vec<Node>,
+}
+
+impl Tree {
+    /// Builds the tree over `n` boxes (lowest and highest corner, finite) and says in which order it keeps the
+    /// members: Morton order of the boxes' middles, equal ones by index.
+    ///
+    /// # Panics
+    /// If there are 2^32 members or more.
+    pub fn new(n: usize, bounds: impl Fn(usize) -> [Vec3; 2] + Sync) -> (Tree, Vec<u32>) {
+        assert!(u32::try_from(n).is_ok(), "{n} members");
+        if n == 0 {
+            return (Tree { nodes: Vec::new() }, Vec::new());
+        }
+        let join = |a: [Vec3; 2], b: [Vec3; 2]| [a[0].min(b[0]), a[1].max(b[1])];
+        let none = [Vec3::INFINITY, Vec3::NEG_INFINITY];
+        let all = (0..n).into_par_iter().map(&bounds).reduce(|| none, join);
+        let (lo, size) = (all[0].as_dvec3(), all[1].as_dvec3() - all[0].as_dvec3());
+        let scale = DVec3::splat(f64::from((1u32 << BITS) - 1)) / size.max(DVec3::splat(f64::MIN_POSITIVE));
+        let mut keyed: Vec<(u64, u32)> = (0..n)
+            .into_par_iter()
+            .map(|i| {
+                let [a, b] = bounds(i);
+                let q = ((a.as_dvec3() + b.as_dvec3()) * 0.5 - lo) * scale;
+                (spread(q.x) << 2 | spread(q.y) << 1 | spread(q.z), i as u32)
+            })
+            .collect();
+        keyed.par_sort_unstable();
+        let mut nodes = Vec::with_capacity(n);
+        build(&keyed, 0, &bounds, &mut nodes);
+        nodes.shrink_to_fit();
+        (Tree { nodes }, keyed.into_iter().map(|k| k.1).collect())
+    }
+
+    /// Visits members from near boxes to far ones: `visit` gets a member's rank and returns the squared distance
+    /// beyond which boxes no longer matter, which is `within` at first.
+    pub fn walk(&self, p: DVec3, within: f64, mut visit: impl FnMut(usize) -> f64) {
+        self.walk_while(p, |d| d <= within, |rank, limit| *limit = visit(rank), within);
+    }
+
+    /// As [`Tree::walk`], with a test of the squared distance of a box in place of a limit.
+    pub fn walk_while<S>(
+        &self,
+        p: DVec3,
+        first: impl FnOnce(f64) -> bool,
+        mut visit: impl FnMut(usize, &mut S),
+        mut state: S,
+    ) where
+        S: Limit,
+    {
+        let Some(root) = self.nodes.first() else { return };
+        let d = root.distance_squared(p);
+        if !first(d) {
+            return;
+        }
+        let mut stack = [(0u32, 0.0f64); STACK];
+        stack[0] = (0, d);
+        let mut top = 1;
+        while top > 0 {
+            top -= 1;
+            let (i, d) = stack[top];
+            if !state.matters(d) {
+                continue;
+            }
+            let node = &self.nodes[i as usize];
+            if node.count > 0 {
+                for rank in node.link..node.link + node.count {
+                    visit(rank as usize, &mut state);
+                }
+                continue;
+            }
+            let (a, b) = (i + 1, node.link);
+            let da = self.nodes[a as usize].distance_squared(p);
+            let db = self.nodes[b as usize].distance_squared(p);
+            let (near, far) = if da <= db { ((a, da), (b, db)) } else { ((b, db), (a, da)) };
+            for child in [far, near] {
+                if state.matters(child.1) {
+                    stack[top] = child;
+                    top += 1;
+                }
+            }
+        }
+    }
+}
+
+/// What decides whether a box at a squared distance can still hold something of interest.
+pub(crate) trait Limit {
+    fn matters(&self, distance_squared: f64) -> bool;
+}
+
+impl Limit for f64 {
+    fn matters(&self, distance_squared: f64) -> bool {
+        distance_squared <= *self
+    }
+}
+
+/// The low [`BITS`] bits of a coordinate, three apart.
+fn spread(v: f64) -> u64 {
+    let mut x = v as u64 & ((1 << BITS) - 1);
+    for (shift, mask) in [
+        (32, 0x001f_0000_0000_ffff),
+        (16, 0x001f_0000_ff00_00ff),
+        (8, 0x100f_00f0_0f00_f00f),
+        (4, 0x10c3_0c30_c30c_30c3),
+        (2, 0x1249_2492_4924_9249),
+    ] {
+        x = (x | x << shift) & mask;
+    }
+    x
+}
+
+/// Appends the subtree over `keyed`, whose first member has rank `base`, and returns its box.
+fn build(
+    keyed: &[(u64, u32)],
+    base: usize,
+    bounds: &impl Fn(usize) -> [Vec3; 2],
+    nodes: &mut Vec<Node>,
+) -> [Vec3; 2] {
+    let at = nodes.len();
+    let mut all = [Vec3::INFINITY, Vec3::NEG_INFINITY];
+    let mut grow = |b: [Vec3; 2]| all = [all[0].min(b[0]), all[1].max(b[1])];
+    if keyed.len() <= LEAF {
+        keyed.iter().for_each(|k| grow(bounds(k.1 as usize)));
+        nodes.push(Node { lo: all[0], hi: all[1], link: base as u32, count: keyed.len() as u32 });
+        return all;
+    }
+    let (first, last) = (keyed[0].0, keyed[keyed.len() - 1].0);
+    let middle = match (first ^ last).checked_ilog2() {
+        None => keyed.len() / 2,
+        Some(bit) => keyed.partition_point(|k| k.0 >> bit & 1 == 0),
+    };
+    nodes.push(Node { lo: Vec3::ZERO, hi: Vec3::ZERO, link: 0, count: 0 });
+    grow(build(&keyed[..middle], base, bounds, nodes));
+    let second = nodes.len() as u32;
+    grow(build(&keyed[middle..], base + middle, bounds, nodes));
+    nodes[at] = Node { lo: all[0], hi: all[1], link: second, count: 0 };
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use strandbench_rng::Rng;
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(100))]
+        #[test]
+        fn a_walk_meets_every_member_within_reach(seed in any::<u64>(), n in 0..300usize, equal in any::<bool>()) {
+            let point = |i: usize| {
+                let mut r = Rng::keyed(&[seed, if equal { i as u64 % 3 } else { i as u64 }]);
+                Vec3::new(r.range(-50.0, 50.0), r.range(-50.0, 50.0), r.range(-1.0, 1.0))
+            };
+            let (tree, order) = Tree::new(n, |i| [point(i), point(i) + Vec3::ONE]);
+            let mut sorted = order.clone();
+            sorted.sort_unstable();
+            prop_assert!(sorted.iter().enumerate().all(|(i, &o)| i == o as usize), "every member once");
+            let (p, reach) = (DVec3::new(3.0, -7.0, 2.0), 400.0);
+            let mut met = vec![false; n];
+            tree.walk(p, reach, |rank| { met[order[rank] as usize] = true; reach });
+            for i in 0..n {
+                let nearest = p.clamp(point(i).as_dvec3(), (point(i) + Vec3::ONE).as_dvec3());
+                prop_assert!(met[i] || nearest.distance_squared(p) > reach, "member {i}");
+            }
+        }
+    }
+}

@@ -1,4 +1,5 @@
-//! Minimisers that know no hair: labelling on a pixel grid with a weighted quadratic smoothness term.
+//! Solvers that know no hair: labelling on a pixel grid with a weighted quadratic smoothness term, sparse
+//! Cholesky factorisation, and embedded deformation ([`deform`]).
 //!
 //! | function | what it is | lower bound |
 //! |---|---|---|
@@ -13,6 +14,7 @@
 //! All of them give the same bits for the same problem whatever the number of threads.
 
 mod coarse;
+pub mod deform;
 mod exact;
 mod layout;
 mod maxflow;
@@ -21,6 +23,7 @@ mod moves;
 mod problem;
 mod pyramid;
 mod simple;
+mod sparse;
 mod trws;
 
 pub use coarse::{CoarseToFineOptions, coarse_to_fine};
@@ -29,6 +32,7 @@ pub use maxflow::MaxFlow;
 pub use moves::{MoveOptions, alpha_beta_swap, alpha_expansion};
 pub use problem::{GridProblem, MAX_MAGNITUDE, Solution, SolveError};
 pub use simple::{icm, winner_take_all};
+pub use sparse::{Cholesky, SparseError};
 pub use trws::{TrwsOptions, trws};
 
 /// Says whether the caller wants the work stopped; asked between sweeps, from the calling thread.

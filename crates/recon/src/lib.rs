@@ -1,14 +1,19 @@
-//! Luo et al., Dynamic Hair Capture, sections 4.3-4.4: images and a rig in, an envelope out.
+//! Luo et al., Dynamic Hair Capture, sections 4.3-5: images and a rig in, envelopes and strands out.
 //!
-//! [`reconstruct`] is the whole method for one frame; a [`Variant`] is one setting of it. Where the paper leaves
+//! [`reconstruct`] is the whole method for one frame, [`SequenceReconstructor`] for frames that follow one another;
+//! a [`Variant`] is one setting of it. Where the paper leaves
 //! something open, the documentation of the field of [`Parameters`] or of the function says what is done.
 
 pub mod aggregate;
 pub mod cost;
 pub mod depth;
 pub mod envelope;
+pub mod field3d;
 pub mod grid;
+pub mod growth;
 pub mod kernel;
+pub mod layer;
+mod motion_parameters;
 pub mod mrf;
 pub mod ncc;
 pub mod orientation;
@@ -16,11 +21,20 @@ mod parameters;
 mod pipeline;
 pub mod pyramid;
 pub mod refine;
+pub mod seeds;
+mod sequence;
 mod simd;
+mod strands;
+pub mod surface;
+pub mod template;
+pub mod temporal;
+pub mod tensor;
 mod variant;
 
+pub use motion_parameters::{StrandParameters, TemporalParameters};
 pub use parameters::Parameters;
 pub use pipeline::reconstruct;
+pub use sequence::{SequenceFrame, SequenceReconstructor};
 pub use variant::{LUO, MatchCost, Minimiser, VARIANTS, Variant, Views};
 
 use serde::{Deserialize, Serialize};
@@ -105,6 +119,58 @@ pub enum ReconError {
     /// The minimiser refused the problem.
     #[error("minimising the energy: {0}")]
     Solve(strandbench_solve::SolveError),
+    /// Registering or tracking a surface failed.
+    #[error("frame {frame}, {stage}: {source}")]
+    Deform {
+        /// Time index of the frame.
+        frame: u32,
+        /// What was being done.
+        stage: &'static str,
+        /// What went wrong.
+        source: strandbench_solve::deform::DeformError,
+    },
+    /// The envelope has no triangle.
+    #[error(
+        "frame {frame}: the envelope of {pixels} answered pixels has no triangle; strands need a surface (check mask and cut_mm)"
+    )]
+    NoSurface {
+        /// Time index of the frame.
+        frame: u32,
+        /// Pixels with a depth.
+        pixels: usize,
+    },
+    /// The voxel grid would take too much memory.
+    #[error(
+        "frame {frame}: a grid of {voxels} voxels of {voxel_mm} mm is more than {limit}; use larger voxels or a smaller template_margin"
+    )]
+    TooManyVoxels {
+        /// Time index of the frame.
+        frame: u32,
+        /// Voxels wanted.
+        voxels: u64,
+        /// Edge of a voxel, mm.
+        voxel_mm: f32,
+        /// Voxels allowed.
+        limit: u64,
+    },
+    /// Neither the envelope nor the layer has a place for a seed.
+    #[error(
+        "frame {frame}: no seed: no place of the envelope is as strong as seed_strength = {strength}, and no interior seed lies in the visual hull"
+    )]
+    NoSeeds {
+        /// Time index of the frame.
+        frame: u32,
+        /// Strength asked for.
+        strength: f32,
+    },
+    /// A frame came out of order.
+    #[error("frame {frame} came after frame {last}; frames of a sequence come in ascending order")]
+    Order {
+        /// Time index of the frame.
+        frame: u32,
+        /// Time index of the one before.
+        last: u32,
+    },
     /// Stopped from outside.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
@@ -134,6 +200,9 @@ pub struct Diagnostics {
     pub labels: usize,
     /// Depth between neighbouring labels at the geometric mean of near and far, mm.
     pub label_step_mm: f64,
+    /// What happened in the stages that follow more than one frame or grow strands, a line each.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
     /// Every parameter used, by name, printed in the report.
     pub parameters: std::collections::BTreeMap<String, String>,
 }

@@ -2,16 +2,19 @@
 
 use serde::Serialize;
 
+/// A block of numbers: the struct, the values of the variant `luo`, overrides by name, listing and ranges.
 macro_rules! parameters {
-    ($($(#[$doc:meta])* $name:ident: $type:ty = $default:expr, $holds:expr, $wanted:literal;)*) => {
-        /// Every number of the method. The paper's values where it gives them; the documentation of a field
-        /// says which are choices of this project.
+    (
+        $(#[$block_doc:meta])* $block:ident;
+        $($(#[$doc:meta])* $name:ident: $type:ty = $default:expr, $holds:expr, $wanted:literal;)*
+    ) => {
+        $(#[$block_doc])*
         #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-        pub struct Parameters { $($(#[$doc])* pub $name: $type,)* }
+        pub struct $block { $($(#[$doc])* pub $name: $type,)* }
 
-        impl Parameters {
+        impl $block {
             /// The values of the variant `luo`.
-            pub const LUO: Parameters = Parameters { $($name: $default,)* };
+            pub const LUO: $block = $block { $($name: $default,)* };
 
             /// Names of all parameters, in order.
             pub const KEYS: &'static [&'static str] = &[$(stringify!($name),)*];
@@ -49,15 +52,20 @@ macro_rules! parameters {
     };
 }
 
-fn positive(v: f32) -> bool {
+pub(crate) use parameters;
+
+pub(crate) fn positive(v: f32) -> bool {
     v.is_finite() && v > 0.0
 }
 
-fn not_negative(v: f32) -> bool {
+pub(crate) fn not_negative(v: f32) -> bool {
     v.is_finite() && v >= 0.0
 }
 
 parameters! {
+    /// Every number of the method for one frame's envelope. The paper's values where it gives them; the
+    /// documentation of a field says which are choices of this project.
+    Parameters;
     /// Levels of the orientation pyramid, the finest included. The paper gives no number; SWEEPS.md has the
     /// figures behind this one and the other values that the paper leaves out.
     levels: usize = 2, |v| (1..=8).contains(&v), "a whole number from 1 to 8";

@@ -8,7 +8,7 @@ use crate::kernel::FilterBank;
 use crate::ncc::{ImageSampler, ncc_volume};
 use crate::orientation::{Response, field, respond, unit_response};
 use crate::pyramid::{PyramidLevel, pyramid};
-use crate::{Diagnostics, MatchCost, ReconError, Reconstruction, StageTime, Variant};
+use crate::{Diagnostics, MatchCost, ReconError, Reconstruction, SequenceReconstructor, StageTime, Variant};
 use crate::{envelope, mrf, refine};
 use rayon::prelude::*;
 use std::time::Instant;
@@ -24,14 +24,55 @@ const SMALLEST_LEVEL_PX: u32 = 4;
 ///
 /// # Errors
 /// If the frame disagrees with the rig, the variant asks for cameras that the rig lacks or a parameter is out of
-/// range, the reference mask is empty or its hair answers to no filter, the cost volume would not fit, or the
-/// work is cancelled.
+/// range, the reference mask is empty or its hair answers to no filter, the cost volume or the voxels would not
+/// fit, strands are asked for and there is no surface or no seed, or the work is cancelled.
 pub fn reconstruct(
     rig: &Rig,
     frame: &Frame,
     variant: &Variant,
     monitor: &dyn Monitor,
 ) -> Result<Reconstruction, ReconError> {
+    if variant.strands.is_some() {
+        let mut sequence = SequenceReconstructor::new(rig, variant)?;
+        let mut out = sequence.push(frame, monitor)?;
+        out.extend(sequence.finish(monitor)?);
+        return out.pop().expect("a frame pushed comes out").outcome;
+    }
+    let stereo = stereo(rig, frame, variant, monitor)?;
+    let Stereo { depth, orientation, mut diagnostics } = stereo;
+    let mut clock = Clock { stages: std::mem::take(&mut diagnostics.stages), monitor };
+    let (mesh, orientation_3d) = clock.stage("mesh", 1, || {
+        let envelope = envelope::triangulate(&rig.cameras[0], &depth, variant.parameters.cut_mm);
+        let lines = envelope::orientation_3d(&rig.cameras[0], &orientation, &envelope);
+        Ok((envelope.mesh, lines))
+    })?;
+    diagnostics.stages = clock.stages;
+    let estimate = Estimate {
+        depth: Some(depth),
+        envelope: Some(mesh),
+        orientation: Some(orientation),
+        orientation_3d: Some(orientation_3d),
+        ..Estimate::default()
+    };
+    Ok(Reconstruction { estimate, diagnostics })
+}
+
+/// What one frame's images say: sections 4.3 and 4.4 up to Eq. 10.
+#[derive(Clone, Debug)]
+pub(crate) struct Stereo {
+    pub depth: DepthMap,
+    /// The reference view's field at the finest level.
+    pub orientation: OrientationField,
+    pub diagnostics: Diagnostics,
+}
+
+/// Depth map and orientation field of one frame.
+pub(crate) fn stereo(
+    rig: &Rig,
+    frame: &Frame,
+    variant: &Variant,
+    monitor: &dyn Monitor,
+) -> Result<Stereo, ReconError> {
     variant.validate()?;
     rig.validate().map_err(ReconError::Input)?;
     frame.validate(rig).map_err(ReconError::Input)?;
@@ -116,12 +157,7 @@ pub fn reconstruct(
     drop(volume);
 
     let orientation = fields.into_iter().next().and_then(|f| f.into_iter().next()).expect("level 0");
-    let (depth, mesh, orientation_3d) = clock.stage("mesh", 1, || {
-        let depth = depth_map(rig, grid, &labels, &depths);
-        let envelope = envelope::triangulate(&rig.cameras[0], &depth, p.cut_mm);
-        let lines = envelope::orientation_3d(&rig.cameras[0], &orientation, &envelope);
-        Ok((depth, envelope.mesh, lines))
-    })?;
+    let depth = depth_map(rig, grid, &labels, &depths);
 
     let bound = solution.lower_bound;
     let parameters = variant.entries().into_iter().map(|(k, v)| (k.to_owned(), v)).collect();
@@ -132,27 +168,20 @@ pub fn reconstruct(
         gap: bound.map(|b| (solution.energy - b) / b.abs().max(f64::MIN_POSITIVE)),
         labels: p.labels,
         label_step_mm: depths.step_mm(),
+        notes: Vec::new(),
         parameters,
     };
-    let estimate = Estimate {
-        depth: Some(depth),
-        envelope: Some(mesh),
-        orientation: Some(orientation),
-        orientation_3d: Some(orientation_3d),
-        strands: None,
-        strand_ids: None,
-    };
-    Ok(Reconstruction { estimate, diagnostics })
+    Ok(Stereo { depth, orientation, diagnostics })
 }
 
-struct Clock<'a> {
-    stages: Vec<StageTime>,
-    monitor: &'a dyn Monitor,
+pub(crate) struct Clock<'a> {
+    pub stages: Vec<StageTime>,
+    pub monitor: &'a dyn Monitor,
 }
 
 impl Clock<'_> {
     /// Runs a stage; stages of one name add up.
-    fn stage<T>(
+    pub fn stage<T>(
         &mut self,
         name: &str,
         steps: u64,

@@ -1,6 +1,6 @@
 //! The method's settings as values: each row of the table states only how it differs.
 
-use crate::{Parameters, ReconError};
+use crate::{Parameters, ReconError, StrandParameters, TemporalParameters};
 use serde::Serialize;
 
 /// What is compared between views.
@@ -114,8 +114,12 @@ pub struct Variant {
     pub views: Views,
     /// How the energy is minimised.
     pub minimiser: Minimiser,
-    /// All numbers.
+    /// All numbers of a frame's envelope.
     pub parameters: Parameters,
+    /// How frames of a sequence are brought together.
+    pub temporal: TemporalParameters,
+    /// How strands are grown; `None` for envelopes alone.
+    pub strands: Option<StrandParameters>,
 }
 
 /// Luo et al. as published, minimised by the better of the minimisers at hand.
@@ -126,6 +130,8 @@ pub const LUO: Variant = Variant {
     views: Views::All,
     minimiser: Minimiser::CoarseToFine,
     parameters: Parameters::LUO,
+    temporal: TemporalParameters::LUO,
+    strands: None,
 };
 
 const P: Parameters = Parameters::LUO;
@@ -195,6 +201,18 @@ pub const VARIANTS: &[Variant] = &[
         minimiser: Minimiser::WinnerTakesAll,
         ..LUO
     },
+    Variant {
+        name: "luo-no-denoise",
+        asks: "what does temporal de-noising buy? (Fig. 8; sequences)",
+        temporal: TemporalParameters { denoise: false, ..TemporalParameters::LUO },
+        ..LUO
+    },
+    Variant {
+        name: "luo-strands",
+        asks: "how well do the strands of section 5 follow the hair?",
+        strands: Some(StrandParameters::LUO),
+        ..LUO
+    },
 ];
 
 impl Variant {
@@ -210,7 +228,8 @@ impl Variant {
     }
 
     /// This row with one value replaced: a parameter by its name, or `cost` (orientation, ncc), `views` (all,
-    /// two, or indices such as 0,1,3), `minimiser` (coarse-to-fine, trws, expansion, winner-takes-all).
+    /// two, or indices such as 0,1,3), `minimiser` (coarse-to-fine, trws, expansion, winner-takes-all), `strands`
+    /// (off, on). A parameter of the strands turns them on.
     ///
     /// # Errors
     /// If the key is unknown (the error lists the keys) or the value does not fit.
@@ -239,16 +258,32 @@ impl Variant {
                     .map(|(_, m)| *m)
                     .ok_or_else(|| wrong("coarse-to-fine, trws, expansion or winner-takes-all"))?;
             }
-            _ => match self.parameters.set(key, value) {
-                Some(Ok(())) => {}
-                Some(Err(wanted)) => return Err(wrong(wanted)),
-                None => {
-                    return Err(ReconError::UnknownKey {
-                        key: key.to_owned(),
-                        known: Variant::keys().join(", "),
-                    });
+            "strands" => {
+                self.strands = match value {
+                    "off" => None,
+                    "on" => Some(self.strands.unwrap_or(StrandParameters::LUO)),
+                    _ => return Err(wrong("off or on")),
                 }
-            },
+            }
+            _ => {
+                let mut strands = self.strands.unwrap_or(StrandParameters::LUO);
+                let own = self.parameters.set(key, value).or_else(|| self.temporal.set(key, value));
+                let result = own.or_else(|| {
+                    let result = strands.set(key, value)?;
+                    self.strands = Some(strands);
+                    Some(result)
+                });
+                match result {
+                    Some(Ok(())) => {}
+                    Some(Err(wanted)) => return Err(wrong(wanted)),
+                    None => {
+                        return Err(ReconError::UnknownKey {
+                            key: key.to_owned(),
+                            known: Variant::keys().join(", "),
+                        });
+                    }
+                }
+            }
         }
         self.validate()?;
         Ok(self)
@@ -256,10 +291,11 @@ impl Variant {
 
     /// Keys that [`Variant::with`] takes.
     pub fn keys() -> Vec<&'static str> {
-        ["cost", "views", "minimiser"].into_iter().chain(Parameters::KEYS.iter().copied()).collect()
+        let blocks = [Parameters::KEYS, TemporalParameters::KEYS, StrandParameters::KEYS].concat();
+        ["cost", "views", "minimiser", "strands"].into_iter().chain(blocks).collect()
     }
 
-    /// Every choice and parameter as text, by name.
+    /// Every choice and parameter as text, by name; those of the strands last, and only if they are grown.
     pub fn entries(&self) -> Vec<(&'static str, String)> {
         let cost = match self.cost {
             MatchCost::Orientation => "orientation",
@@ -271,6 +307,9 @@ impl Variant {
             ("minimiser", self.minimiser.text().to_owned()),
         ];
         all.extend(self.parameters.entries());
+        all.extend(self.temporal.entries());
+        all.push(("strands", if self.strands.is_some() { "on" } else { "off" }.to_owned()));
+        all.extend(self.strands.iter().flat_map(StrandParameters::entries));
         all
     }
 
@@ -279,8 +318,12 @@ impl Variant {
     /// # Errors
     /// The first parameter out of range, and what is wanted.
     pub fn validate(&self) -> Result<(), ReconError> {
-        if let Some((key, value, wanted)) = self.parameters.fault() {
+        let strands = self.strands.as_ref().and_then(StrandParameters::fault);
+        if let Some((key, value, wanted)) = self.parameters.fault().or(self.temporal.fault()).or(strands) {
             return Err(ReconError::Parameter { key: key.into(), value, wanted: wanted.into() });
+        }
+        if let Some((key, value, wanted)) = self.temporal.disagreement() {
+            return Err(ReconError::Parameter { key: key.into(), value, wanted });
         }
         let p = &self.parameters;
         if p.sigma_px >= p.sigma_wide_px {
@@ -321,6 +364,12 @@ mod tests {
         for (key, value) in v.entries() {
             assert_eq!(v.with(key, &value).unwrap(), v, "{key}={value}");
         }
+        let grown = LUO.with("voxel_mm", "2").unwrap();
+        assert_eq!(grown.strands, Some(StrandParameters { voxel_mm: 2.0, ..StrandParameters::LUO }));
+        for (key, value) in grown.entries() {
+            assert_eq!(grown.with(key, &value).unwrap(), grown, "{key}={value}");
+        }
+        assert_eq!(grown.with("strands", "off").unwrap(), LUO);
         let unknown = LUO.with("lamda", "1").unwrap_err().to_string();
         assert!(
             unknown.contains("lamda") && unknown.contains("lambda") && unknown.contains("views"),
@@ -340,6 +389,10 @@ mod tests {
             ("views", "0,x"),
             ("views", "0,40"),
             ("minimiser", "luck"),
+            ("strands", "many"),
+            ("voxel_mm", "0"),
+            ("interior_seeds", "-1"),
+            ("rigid_end", "5000"),
         ] {
             assert!(
                 matches!(LUO.with(key, value), Err(ReconError::Parameter { .. })),

@@ -1,0 +1,127 @@
+//! Where strands begin (5.2), and how interior seeds follow the template (5.3).
+
+use crate::StrandParameters;
+use crate::layer::SignedDistance;
+use crate::surface::FrameSurface;
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+use strandbench_solve::deform::{Skinning, sample_uniformly};
+
+/// Streams of random numbers, apart from each other.
+const SURFACE: u64 = 1;
+const INTERIOR: u64 = 2;
+
+/// Draws below which a place for an interior seed must be found; the layer fills more than a hundredth of its voxels.
+const DRAWS: u64 = 1000;
+
+/// SplitMix64's finaliser over a key: a number in [0, 1) that depends on nothing else.
+fn uniform(key: [u64; 5]) -> f64 {
+    let mix = |mut z: u64| {
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    };
+    let state = key.iter().fold(0x9e37_79b9_7f4a_7c15u64, |s, &k| {
+        mix(s.wrapping_add(0x9e37_79b9_7f4a_7c15) ^ mix(k.wrapping_add(0x9e37_79b9_7f4a_7c15)))
+    });
+    (mix(state) >> 11) as f64 / (1u64 << 53) as f64
+}
+
+/// Seeds on the envelope, uniform by area over the triangles whose corners all have a 2-D strength |O| of at least
+/// `seed_strength`. `strength` is indexed `[vertex]`. Empty if there is no such triangle.
+pub fn surface_seeds(surface: &FrameSurface, strength: &[f32], p: &StrandParameters) -> Vec<Vec3> {
+    let mesh = &surface.envelope.mesh;
+    let strong = mesh.triangles.iter().filter(|t| t.iter().all(|&i| strength[i as usize] >= p.seed_strength));
+    let mut sum = 0.0f64;
+    let places: Vec<([Vec3; 3], f64)> = strong
+        .map(|t| {
+            let corners = t.map(|i| mesh.vertices[i as usize]);
+            sum += f64::from((corners[1] - corners[0]).cross(corners[2] - corners[0]).length());
+            (corners, sum)
+        })
+        .collect();
+    if sum <= 0.0 {
+        return Vec::new();
+    }
+    (0..p.surface_seeds as u64)
+        .into_par_iter()
+        .map(|i| {
+            let draw = |k: u64| uniform([p.seed, SURFACE, u64::from(surface.frame), i, k]);
+            let wanted = draw(0) * sum;
+            let place = places.partition_point(|t| t.1 <= wanted).min(places.len() - 1);
+            let ([a, b, c], _) = places[place];
+            let (mut u, mut v) = (draw(1) as f32, draw(2) as f32);
+            if u + v > 1.0 {
+                (u, v) = (1.0 - u, 1.0 - v);
+            }
+            a + (b - a) * u + (c - a) * v
+        })
+        .collect()
+}
+
+/// Seeds uniform in the volume between the template and `layer_mm` below it. Fewer than asked for only if there is no
+/// such volume.
+pub fn interior_seeds(template: &SignedDistance, p: &StrandParameters) -> Vec<Vec3> {
+    let grid = template.grid;
+    let reach = grid.voxel_mm * 1.8;
+    let near: Vec<u32> = (0..grid.count() as u32)
+        .filter(|&i| {
+            let d = template.distance_mm[i as usize];
+            d >= -p.layer_mm - reach && d <= reach
+        })
+        .collect();
+    if near.is_empty() {
+        return Vec::new();
+    }
+    let draw_one = |i: u64| {
+        (0..DRAWS).find_map(|k| {
+            let draw = |c: u64| uniform([p.seed, INTERIOR, i, k, c]);
+            let voxel = near[((draw(0) * near.len() as f64) as usize).min(near.len() - 1)] as usize;
+            let [nx, ny, _] = grid.size;
+            let centre = grid.centre([voxel % nx, voxel / nx % ny, voxel / (nx * ny)]);
+            let offset = Vec3::new(draw(1) as f32, draw(2) as f32, draw(3) as f32) - 0.5;
+            let at = centre + offset * grid.voxel_mm;
+            template.at(at).is_some_and(|d| d <= 0.0 && d >= -p.layer_mm).then_some(at)
+        })
+    };
+    let found: Vec<Option<Vec3>> = (0..p.interior_seeds as u64).into_par_iter().map(draw_one).collect();
+    found.into_iter().flatten().collect()
+}
+
+/// Nodes on the template that carry points along: the displacement of a point is the mean of its nodes', weighed by
+/// the inverse of their distance in the first frame.
+#[derive(Clone, Debug)]
+pub struct Cage {
+    /// Template vertex of each node.
+    vertices: Vec<usize>,
+    rest: Vec<DVec3>,
+    points: Vec<Vec3>,
+    skin: Skinning,
+}
+
+impl Cage {
+    /// Samples nodes from the template's vertices in the first frame and binds points (mm) to them.
+    pub fn new(template: &[DVec3], points: Vec<Vec3>, p: &StrandParameters) -> Cage {
+        let vertices = sample_uniformly(template, f64::from(p.cage_spacing_mm));
+        let rest: Vec<DVec3> = vertices.iter().map(|&i| template[i]).collect();
+        let at: Vec<DVec3> = points.iter().map(|p| p.as_dvec3()).collect();
+        let skin = Skinning::new(&at, &rest, p.cage_nodes);
+        Cage { vertices, rest, points, skin }
+    }
+
+    /// Number of nodes.
+    pub fn nodes(&self) -> usize {
+        self.vertices.len()
+    }
+
+    /// Where the points are once the template's vertices are at `template`.
+    pub fn advect(&self, template: &[DVec3]) -> Vec<Vec3> {
+        let moved: Vec<DVec3> =
+            self.vertices.iter().zip(&self.rest).map(|(&i, r)| template[i] - *r).collect();
+        let carry = |i: usize| {
+            let by: DVec3 = self.skin.of(i).map(|(node, w)| moved[node] * w).sum();
+            (self.points[i].as_dvec3() + by).as_vec3()
+        };
+        (0..self.points.len()).into_par_iter().map(carry).collect()
+    }
+}

@@ -1,0 +1,362 @@
+//! Frames that follow one another: de-noising, coherent orientation, tracked seeds and strands (4.4 and 5).
+
+use crate::field3d::{Neighbour, lines, temporal_pass};
+use crate::pipeline::{Clock, Stereo, stereo};
+use crate::strands::{Grower, StrandInput};
+use crate::surface::FrameSurface;
+use crate::temporal::{Correspondence, FrameTracker, average};
+use crate::tensor::Tensor;
+use crate::{Diagnostics, ReconError, Reconstruction, Variant};
+use glam::Vec3;
+use std::collections::VecDeque;
+use strandbench_types::{Camera, Estimate, Frame, Monitor, OrientationField, Plane, Rig};
+
+/// One frame's answer, or why it has none; a frame without an answer is to be scored as absent.
+#[derive(Debug)]
+pub struct SequenceFrame {
+    /// Time index.
+    pub frame_index: u32,
+    /// The estimate and how it came about.
+    pub outcome: Result<Reconstruction, ReconError>,
+}
+
+/// Reconstructs a sequence frame by frame, in memory that does not grow with its length.
+///
+/// A frame comes out once the frames that it looks at are in: one later for de-noising, and one more for each pass of
+/// the temporal filter if strands are grown. [`SequenceReconstructor::finish`] gives the rest. Neighbours in time are
+/// frames whose indices differ by one; where one is missing or has no answer, its neighbours do without it.
+#[derive(Debug)]
+pub struct SequenceReconstructor {
+    rig: Rig,
+    variant: Variant,
+    /// Cameras that the variant may look at, the reference first.
+    used: Vec<usize>,
+    last_index: Option<u32>,
+    items: VecDeque<Item>,
+    grower: Grower,
+}
+
+#[derive(Debug)]
+enum Item {
+    Present(Box<Slot>),
+    /// A frame without an envelope; `None` once its error has been handed out.
+    Absent(u32, Option<ReconError>),
+}
+
+/// A frame on its way.
+#[derive(Debug)]
+struct Slot {
+    index: u32,
+    /// Masks of the used cameras, indexed `[used]`.
+    masks: Vec<Plane<bool>>,
+    /// The envelope of this frame's images alone.
+    raw: FrameSurface,
+    orientation: OrientationField,
+    diagnostics: Diagnostics,
+    /// Where this frame's vertices are in the frame before and the one after.
+    neighbours: [Option<Correspondence>; 2],
+    /// The de-noised envelope.
+    clean: Option<FrameSurface>,
+    /// Tensors after each pass, the first before any; dropped once no frame needs them.
+    passes: Vec<Vec<Tensor>>,
+    emitted: bool,
+}
+
+impl SequenceReconstructor {
+    /// A sequence seen by a rig.
+    ///
+    /// # Errors
+    /// If the rig is at fault, a parameter is out of range, or the variant asks for cameras that the rig lacks.
+    pub fn new(rig: &Rig, variant: &Variant) -> Result<SequenceReconstructor, ReconError> {
+        variant.validate()?;
+        rig.validate().map_err(ReconError::Input)?;
+        let others = variant.views.others(rig.cameras.len())?;
+        Ok(SequenceReconstructor {
+            rig: rig.clone(),
+            variant: *variant,
+            used: std::iter::once(0).chain(others).collect(),
+            last_index: None,
+            items: VecDeque::new(),
+            grower: Grower::default(),
+        })
+    }
+
+    /// Frames after a frame that must be in before it comes out.
+    pub fn latency(&self) -> usize {
+        self.passes() + usize::from(self.registers())
+    }
+
+    /// Takes the next frame and gives those that are ready, in order.
+    ///
+    /// A frame in which the method finds nothing to work on (an empty mask, a flat image, no surface) is an answer
+    /// with an error in its turn.
+    ///
+    /// # Errors
+    /// If the frame disagrees with the rig or does not come after the last one (the sequence may go on without it), or
+    /// the work is cancelled.
+    pub fn push(&mut self, frame: &Frame, monitor: &dyn Monitor) -> Result<Vec<SequenceFrame>, ReconError> {
+        if let Some(last) = self.last_index.filter(|&last| frame.index <= last) {
+            return Err(ReconError::Order { frame: frame.index, last });
+        }
+        frame.validate(&self.rig).map_err(ReconError::Input)?;
+        let cut_mm = self.variant.parameters.cut_mm;
+        let made = stereo(&self.rig, frame, &self.variant, monitor).and_then(|s| {
+            let Stereo { depth, orientation, diagnostics } = s;
+            let raw = FrameSurface::new(&self.rig.cameras[0], frame.index, depth, cut_mm)?;
+            Ok(Slot {
+                index: frame.index,
+                masks: self.used.iter().map(|&c| frame.masks[c].clone()).collect(),
+                raw,
+                orientation,
+                diagnostics,
+                neighbours: [None, None],
+                clean: None,
+                passes: Vec::new(),
+                emitted: false,
+            })
+        });
+        let item = match made {
+            Ok(slot) => Item::Present(Box::new(slot)),
+            Err(
+                e @ (ReconError::EmptyMask { .. }
+                | ReconError::NoResponse { .. }
+                | ReconError::NoSurface { .. }),
+            ) => Item::Absent(frame.index, Some(e)),
+            Err(e) => return Err(e),
+        };
+        self.last_index = Some(frame.index);
+        self.items.push_back(item);
+        self.advance(false, monitor)
+    }
+
+    /// Ends the sequence and gives the frames still on their way.
+    ///
+    /// # Errors
+    /// If the work is cancelled.
+    pub fn finish(mut self, monitor: &dyn Monitor) -> Result<Vec<SequenceFrame>, ReconError> {
+        self.advance(true, monitor)
+    }
+
+    /// Passes of the temporal filter.
+    fn passes(&self) -> usize {
+        self.variant.strands.map_or(0, |s| s.orientation_passes)
+    }
+
+    /// Whether neighbouring frames are registered at all.
+    fn registers(&self) -> bool {
+        self.variant.temporal.denoise || self.passes() > 0
+    }
+
+    fn present(&self, k: usize) -> Option<&Slot> {
+        match self.items.get(k)? {
+            Item::Present(slot) => Some(slot),
+            Item::Absent(..) => None,
+        }
+    }
+
+    fn present_mut(&mut self, k: usize) -> &mut Slot {
+        match &mut self.items[k] {
+            Item::Present(slot) => slot,
+            Item::Absent(..) => unreachable!("asked for a frame that has an envelope"),
+        }
+    }
+
+    /// Places of the frames right before and after the one at `k`.
+    fn neighbours(&self, k: usize) -> [Option<usize>; 2] {
+        let Some(own) = self.present(k).map(|s| s.index) else { return [None, None] };
+        let adjacent =
+            |at: Option<usize>| at.filter(|&n| self.present(n).is_some_and(|s| s.index.abs_diff(own) == 1));
+        [adjacent(k.checked_sub(1)), adjacent(Some(k + 1))]
+    }
+
+    fn advance(&mut self, ended: bool, monitor: &dyn Monitor) -> Result<Vec<SequenceFrame>, ReconError> {
+        let mut out = Vec::new();
+        for k in 0..self.items.len() {
+            let waits = self.registers() && k + 1 == self.items.len() && !ended;
+            if self.present(k).is_some_and(|s| s.clean.is_none()) && !waits {
+                self.clean(k, monitor)?;
+            }
+        }
+        for pass in 0..=self.passes() {
+            for k in 0..self.items.len() {
+                if self.variant.strands.is_some() && self.ready(k, pass, ended) {
+                    self.filter(k, pass, monitor)?;
+                }
+            }
+        }
+        let passes = self.passes() + usize::from(self.variant.strands.is_some());
+        for k in 0..self.items.len() {
+            match &mut self.items[k] {
+                Item::Absent(index, error) => {
+                    if let Some(e) = error.take() {
+                        out.push(SequenceFrame { frame_index: *index, outcome: Err(e) });
+                    }
+                }
+                Item::Present(slot) if slot.emitted => {}
+                Item::Present(slot) if slot.clean.is_some() && slot.passes.len() == passes => {
+                    slot.emitted = true;
+                    let frame_index = slot.index;
+                    let outcome = match self.estimate(k, monitor) {
+                        Err(e @ ReconError::Cancelled(_)) => return Err(e),
+                        other => other,
+                    };
+                    out.push(SequenceFrame { frame_index, outcome });
+                }
+                Item::Present(_) => break,
+            }
+        }
+        // A frame that is out may still be looked at by the next one.
+        while self.items.len() > 1 && self.is_out(0) && self.is_out(1) {
+            self.items.pop_front();
+        }
+        Ok(out)
+    }
+
+    fn is_out(&self, k: usize) -> bool {
+        match &self.items[k] {
+            Item::Present(slot) => slot.emitted,
+            Item::Absent(_, error) => error.is_none(),
+        }
+    }
+
+    /// Registers a frame to its neighbours and averages their depths (4.4).
+    fn clean(&mut self, k: usize, monitor: &dyn Monitor) -> Result<(), ReconError> {
+        let (camera, temporal) = (&self.rig.cameras[0], &self.variant.temporal);
+        let slot = self.present(k).expect("asked for a frame that has an envelope");
+        let mut clock = Clock { stages: slot.diagnostics.stages.clone(), monitor };
+        let mut notes = Vec::new();
+        let mut found = [None, None];
+        if self.registers() {
+            found = clock.stage("registration", 2, || {
+                let mut tracker = FrameTracker::new(camera, &slot.raw, temporal)?;
+                let mut found = [None, None];
+                for (place, at) in found.iter_mut().zip(self.neighbours(k)) {
+                    let Some(other) = at.and_then(|n| self.present(n)) else { continue };
+                    match tracker.find(&other.raw, monitor) {
+                        Ok(c) => {
+                            notes.push(note(tracker.nodes(), &c));
+                            *place = Some(c);
+                        }
+                        Err(e @ ReconError::Deform { .. }) => {
+                            notes.push(format!("without frame {}: {e}", other.index))
+                        }
+                        Err(e) => return Err(e),
+                    }
+                    monitor.advance(1);
+                }
+                Ok(found)
+            })?;
+        }
+        let clean = clock.stage("denoise", 1, || {
+            if !temporal.denoise {
+                return Ok(slot.raw.clone());
+            }
+            let neighbours: Vec<&Correspondence> = found.iter().flatten().collect();
+            let depth = average(&slot.raw, &neighbours);
+            FrameSurface::new(camera, slot.index, depth, self.variant.parameters.cut_mm)
+        })?;
+        let stages = clock.stages;
+        let slot = self.present_mut(k);
+        slot.diagnostics.stages = stages;
+        slot.diagnostics.notes.extend(notes);
+        (slot.neighbours, slot.clean) = (found, Some(clean));
+        Ok(())
+    }
+
+    /// Whether the pass with this number can be done at `k`, and has not been; pass 0 lays the lines on the envelope.
+    fn ready(&self, k: usize, pass: usize, ended: bool) -> bool {
+        let has = |n: usize| self.present(n).is_some_and(|s| s.clean.is_some() && s.passes.len() >= pass);
+        let own = self.present(k).is_some_and(|s| s.clean.is_some() && s.passes.len() == pass);
+        if pass == 0 {
+            return own;
+        }
+        let waits = k + 1 == self.items.len() && !ended;
+        own && !waits && self.neighbours(k).into_iter().flatten().all(has)
+    }
+
+    fn filter(&mut self, k: usize, pass: usize, monitor: &dyn Monitor) -> Result<(), ReconError> {
+        let camera = &self.rig.cameras[0];
+        let p = self.variant.strands.expect("strands are grown");
+        let slot = self.present(k).expect("ready");
+        let clean = slot.clean.as_ref().expect("ready");
+        let mut clock = Clock { stages: slot.diagnostics.stages.clone(), monitor };
+        let tensors = clock.stage("orientation 3d", 1, || {
+            if pass == 0 {
+                return Ok(clean.tensors(camera, &slot.orientation));
+            }
+            let mut neighbours = Vec::new();
+            for (at, correspondence) in self.neighbours(k).into_iter().zip(&slot.neighbours) {
+                let (Some(other), Some(correspondence)) = (at.and_then(|n| self.present(n)), correspondence)
+                else {
+                    continue;
+                };
+                neighbours.push(Neighbour {
+                    surface: other.clean.as_ref().expect("ready"),
+                    correspondence,
+                    registered: &slot.raw.envelope.vertex,
+                    tensors: &other.passes[pass - 1],
+                });
+            }
+            Ok(temporal_pass(clean, &slot.passes[pass - 1], &neighbours, &p))
+        })?;
+        let stages = clock.stages;
+        let slot = self.present_mut(k);
+        slot.diagnostics.stages = stages;
+        slot.passes.push(tensors);
+        Ok(())
+    }
+
+    /// Puts a frame's answer together.
+    fn estimate(&mut self, k: usize, monitor: &dyn Monitor) -> Result<Reconstruction, ReconError> {
+        let Item::Present(slot) = &mut self.items[k] else {
+            unreachable!("asked for a frame that has an envelope")
+        };
+        let camera: &Camera = &self.rig.cameras[0];
+        let clean = slot.clean.as_ref().expect("de-noised before");
+        let mut clock = Clock { stages: std::mem::take(&mut slot.diagnostics.stages), monitor };
+        let mut estimate = Estimate {
+            depth: Some(clean.depth.clone()),
+            envelope: Some(clean.envelope.mesh.clone()),
+            orientation: Some(slot.orientation.clone()),
+            ..Estimate::default()
+        };
+        match &self.variant.strands {
+            None => {
+                estimate.orientation_3d =
+                    Some(crate::envelope::orientation_3d(camera, &slot.orientation, &clean.envelope));
+            }
+            Some(p) => {
+                let tensors = slot.passes.last().expect("filtered before");
+                estimate.orientation_3d = Some(clean.raster(&lines(tensors), Vec3::ZERO));
+                let cameras: Vec<&Camera> = self.used.iter().map(|&c| &self.rig.cameras[c]).collect();
+                let input = StrandInput {
+                    cameras: &cameras,
+                    masks: &slot.masks,
+                    surface: clean,
+                    orientation: &slot.orientation,
+                    tensors,
+                };
+                let grown = self.grower.grow(&input, p, &self.variant.temporal, &mut clock)?;
+                slot.diagnostics.notes.extend(grown.notes);
+                estimate.strands = Some(grown.strands);
+                estimate.strand_ids = Some(grown.ids);
+            }
+        }
+        slot.diagnostics.stages = clock.stages;
+        Ok(Reconstruction { estimate, diagnostics: slot.diagnostics.clone() })
+    }
+}
+
+fn note(nodes: usize, c: &Correspondence) -> String {
+    let share = c.pixels.iter().flatten().count() as f64 / c.pixels.len() as f64;
+    let r = &c.registered;
+    format!(
+        "registered to frame {}: {nodes} nodes, {} searches, {} systems, {:.3} mm off the planes of {} partners, {:.1} % of the vertices found",
+        c.other,
+        r.searches,
+        r.steps,
+        r.plane_rms_mm,
+        r.partners,
+        100.0 * share
+    )
+}

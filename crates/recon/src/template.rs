@@ -1,0 +1,282 @@
+//! The tracking template (5.3): a sheet larger than the visible hair, warped onto the first frame and then followed.
+
+use crate::surface::FrameSurface;
+use crate::{ReconError, StrandParameters, TemporalParameters};
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+use strandbench_solve::deform::{Aim, DeformError, RegisterOptions, Registered, Registration, Surface};
+use strandbench_solve::{Cholesky, SparseError};
+use strandbench_types::{Camera, Monitor, TriMesh};
+
+/// Most vertices of a template.
+const MOST_VERTICES: usize = 200_000;
+
+/// Step in which a vertex searches for the surface along its normal, mm.
+const SEARCH_STEP_MM: f64 = 1.0;
+
+/// Weight that holds the displacement of vertices that see no surface at zero, against a unit weight of the surface.
+const HOLD: f64 = 1e-3;
+
+/// A mesh that covers more than any single frame shows, and follows all of them.
+#[derive(Debug)]
+pub struct Template {
+    triangles: Vec<[u32; 3]>,
+    registration: Registration,
+    rest: Vec<DVec3>,
+    detail: DetailSolver,
+    points: Vec<DVec3>,
+    normals: Vec<DVec3>,
+}
+
+impl Template {
+    /// Builds a sheet parallel to the reference image around the hair, larger by `template_margin` on each side, and
+    /// warps it onto the frame's envelope: each vertex whose viewing ray meets the envelope aims there, and the graph's
+    /// smoothness carries the rest along; then the detail along normals. The tracking graph is laid on the result.
+    ///
+    /// # Errors
+    /// If the graph cannot be made or fitted, or the work is cancelled.
+    pub fn new(
+        camera: &Camera,
+        surface: &FrameSurface,
+        p: &StrandParameters,
+        temporal: &TemporalParameters,
+        monitor: &dyn Monitor,
+    ) -> Result<Template, ReconError> {
+        let (sheet, triangles) = sheet(camera, surface, p)?;
+        let make = || {
+            let options = RegisterOptions {
+                node_spacing_mm: f64::from(temporal.node_spacing_mm),
+                ..temporal.registration()
+            };
+            let normals = mesh_normals(&sheet, &triangles);
+            let aims: Vec<Option<Aim>> = sheet.iter().map(|&at| aim_along_ray(camera, surface, at)).collect();
+            let mut warp = Registration::new(sheet.clone(), normals, options)?;
+            let stop = || monitor.cancelled();
+            warp.fit(&aims, &stop)?;
+            let mut points = warp.carried().0;
+            let mut normals = mesh_normals(&points, &triangles);
+            let mut detail = DetailSolver::new(points.len(), &triangles, p)?;
+            let displacement = detail.solve(camera, surface, &points, &normals)?;
+            for ((at, n), d) in points.iter_mut().zip(&normals).zip(&displacement) {
+                *at += *n * *d;
+            }
+            normals = mesh_normals(&points, &triangles);
+            // Weights stay what they are from here on.
+            let options = RegisterOptions {
+                rigid: (f64::from(p.track_rigid), f64::from(p.track_rigid)),
+                smooth: (f64::from(p.track_smooth), f64::from(p.track_smooth)),
+                ..options
+            };
+            let registration = Registration::new(points.clone(), normals.clone(), options)?;
+            Ok((registration, detail, points, normals))
+        };
+        let (registration, detail, points, normals) = make().map_err(|e| fault(surface.frame, e))?;
+        Ok(Template { triangles, registration, rest: points.clone(), detail, points, normals })
+    }
+
+    /// Follows the template to the next frame: the graph goes on from where it is, with constant weights, and then each
+    /// vertex is displaced along its normal.
+    ///
+    /// # Errors
+    /// If no vertex has a partner on the frame's envelope, or the work is cancelled.
+    pub fn track(
+        &mut self,
+        camera: &Camera,
+        surface: &FrameSurface,
+        monitor: &dyn Monitor,
+    ) -> Result<Registered, ReconError> {
+        let frame = surface.frame;
+        let stop = || monitor.cancelled();
+        let target = surface.target().map_err(|e| fault(frame, e))?;
+        let registered = self.registration.track(&target, &stop).map_err(|e| fault(frame, e))?;
+        let (points, _) = self.registration.carried();
+        let normals = mesh_normals(&points, &self.triangles);
+        let displacement =
+            self.detail.solve(camera, surface, &points, &normals).map_err(|e| fault(frame, e.into()))?;
+        // The detail moves into the rest shape, along the rest shape's normals: the graph's maps are near rotations.
+        let rest_normals = mesh_normals(&self.rest, &self.triangles);
+        for ((at, n), d) in self.rest.iter_mut().zip(&rest_normals).zip(&displacement) {
+            *at += *n * *d;
+        }
+        let rest_normals = mesh_normals(&self.rest, &self.triangles);
+        self.registration.set_rest(self.rest.clone(), rest_normals);
+        self.points = self.registration.carried().0;
+        self.normals = mesh_normals(&self.points, &self.triangles);
+        Ok(registered)
+    }
+
+    /// Vertices in the last frame seen, mm.
+    pub fn points(&self) -> &[DVec3] {
+        &self.points
+    }
+
+    /// The template as a surface that distances are taken to.
+    ///
+    /// # Errors
+    /// If a vertex is not finite.
+    pub fn surface(&self, frame: u32) -> Result<Surface, ReconError> {
+        Surface::new(self.points.clone(), self.normals.clone(), self.triangles.clone())
+            .map_err(|e| fault(frame, e))
+    }
+
+    /// The template as a mesh.
+    pub fn mesh(&self) -> TriMesh {
+        let vertices = self.points.iter().map(|p| p.as_vec3()).collect();
+        TriMesh { vertices, triangles: self.triangles.clone() }
+    }
+}
+
+fn fault(frame: u32, e: DeformError) -> ReconError {
+    match e {
+        DeformError::Cancelled => ReconError::Cancelled(strandbench_types::Cancelled),
+        source => ReconError::Deform { frame, stage: "template", source },
+    }
+}
+
+/// A sheet at the hair's median depth that covers what the envelope covers and a margin: points and triangles, wound
+/// towards the camera.
+fn sheet(
+    camera: &Camera,
+    surface: &FrameSurface,
+    p: &StrandParameters,
+) -> Result<(Vec<DVec3>, Vec<[u32; 3]>), ReconError> {
+    let mut depths: Vec<f64> = Vec::with_capacity(surface.len());
+    let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+    for v in 0..surface.len() {
+        let q = surface.centre_px(v);
+        low = low.min(q);
+        high = high.max(q);
+        depths.push(camera.to_camera(surface.envelope.mesh.vertices[v].as_dvec3()).z);
+    }
+    depths.sort_unstable_by(f64::total_cmp);
+    let depth = depths[depths.len() / 2];
+    let margin = (high - low) * f64::from(p.template_margin);
+    let (low, high) = (low - margin, high + margin);
+    let step = DVec2::splat(f64::from(p.template_spacing_mm)) * camera.focal_px / depth;
+    let counts = ((high - low) / step).ceil().max(DVec2::ONE) + 1.0;
+    if counts.x * counts.y > MOST_VERTICES as f64 {
+        return Err(ReconError::Parameter {
+            key: "template_spacing_mm".into(),
+            value: p.template_spacing_mm.to_string(),
+            wanted: format!(
+                "a spacing that leaves at most {MOST_VERTICES} vertices on a sheet of {:.0}",
+                counts.x * counts.y
+            ),
+        });
+    }
+    let (nx, ny) = (counts.x as usize, counts.y as usize);
+    let points = (0..nx * ny)
+        .map(|i| camera.unproject(low + step * DVec2::new((i % nx) as f64, (i / nx) as f64), depth))
+        .collect();
+    let mut triangles = Vec::with_capacity(2 * (nx - 1) * (ny - 1));
+    for y in 1..ny {
+        for x in 1..nx {
+            let [a, b, c, d] =
+                [(x - 1, y - 1), (x, y - 1), (x, y), (x - 1, y)].map(|(x, y)| (y * nx + x) as u32);
+            triangles.extend([[c, b, a], [a, d, c]]);
+        }
+    }
+    Ok((points, triangles))
+}
+
+fn aim_along_ray(camera: &Camera, surface: &FrameSurface, at: DVec3) -> Option<Aim> {
+    let (q, _) = camera.project(at)?;
+    let v = surface.vertex_at(q)?;
+    let z = surface.depth_at(q, f32::INFINITY)?;
+    Some(Aim { point: camera.unproject(q, z), normal: surface.normals[v].as_dvec3() })
+}
+
+fn mesh_normals(points: &[DVec3], triangles: &[[u32; 3]]) -> Vec<DVec3> {
+    let mut n = vec![DVec3::ZERO; points.len()];
+    for t in triangles {
+        let [a, b, c] = t.map(|i| points[i as usize]);
+        let area = (b - a).cross(c - a);
+        t.iter().for_each(|&i| n[i as usize] += area);
+    }
+    n.iter().map(|v| v.normalize_or_zero()).collect()
+}
+
+/// Displacements along normals: those d that minimise
+/// Σ_seen (d_i - t_i)² + λ Σ_edges (d_i - d_j)² + ε Σ d_i², a linear system with the mesh's pattern.
+#[derive(Debug)]
+struct DetailSolver {
+    solver: Cholesky,
+    smoothness: f64,
+    reach_mm: f64,
+}
+
+impl DetailSolver {
+    fn new(points: usize, triangles: &[[u32; 3]], p: &StrandParameters) -> Result<DetailSolver, SparseError> {
+        let mut below = vec![Vec::new(); points];
+        for t in triangles {
+            for (a, b) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
+                below[a.min(b) as usize].push(a.max(b) as usize);
+            }
+        }
+        let (mut starts, mut rows) = (vec![0], Vec::new());
+        for (i, list) in below.iter_mut().enumerate() {
+            list.sort_unstable();
+            list.dedup();
+            rows.push(i);
+            rows.extend(list.iter());
+            starts.push(rows.len());
+        }
+        let solver = Cholesky::new(starts, rows)?;
+        let (smoothness, reach_mm) = (f64::from(p.detail_smoothness), f64::from(p.detail_mm));
+        Ok(DetailSolver { solver, smoothness, reach_mm })
+    }
+
+    fn solve(
+        &mut self,
+        camera: &Camera,
+        surface: &FrameSurface,
+        points: &[DVec3],
+        normals: &[DVec3],
+    ) -> Result<Vec<f64>, SparseError> {
+        let wanted: Vec<Option<f64>> = points
+            .par_iter()
+            .zip(normals)
+            .map(|(&at, &n)| hit_along_normal(camera, surface, at, n, self.reach_mm))
+            .collect();
+        let (starts, rows) = (self.solver.column_starts(), self.solver.rows());
+        let mut values = vec![0.0; rows.len()];
+        let mut displacement = vec![0.0; points.len()];
+        for (i, t) in wanted.iter().enumerate() {
+            values[starts[i]] += HOLD + if t.is_some() { 1.0 } else { 0.0 };
+            displacement[i] = t.unwrap_or(0.0);
+            for k in starts[i] + 1..starts[i + 1] {
+                values[k] -= self.smoothness;
+                values[starts[i]] += self.smoothness;
+                values[starts[rows[k]]] += self.smoothness;
+            }
+        }
+        self.solver.solve(&values, &mut displacement)?;
+        Ok(displacement)
+    }
+}
+
+/// Signed distance along `n` at which the line through `at` meets the envelope, the nearer of both sides, up to `reach`.
+fn hit_along_normal(camera: &Camera, surface: &FrameSurface, at: DVec3, n: DVec3, reach: f64) -> Option<f64> {
+    // Depth of the line's point below the envelope seen at its pixel; changes sign where they meet.
+    let below = |s: f64| {
+        let (q, z) = camera.project(at + n * s)?;
+        Some(z - surface.depth_at(q, f32::INFINITY)?)
+    };
+    let here = below(0.0)?;
+    let mut sides = [(here, 0.0); 2];
+    let steps = (reach / SEARCH_STEP_MM).ceil() as usize;
+    for k in 1..=steps {
+        for (side, (last, from)) in sides.iter_mut().enumerate() {
+            let sign = if side == 0 { 1.0 } else { -1.0 };
+            let s = sign * (k as f64 * SEARCH_STEP_MM).min(reach);
+            let Some(now) = below(s) else { continue };
+            // A jump of the depth map is no surface.
+            let steep = (now - *last).abs() > 4.0 * SEARCH_STEP_MM;
+            if (now <= 0.0) != (*last <= 0.0) && !steep {
+                return Some(*from + (s - *from) * *last / (*last - now));
+            }
+            (*last, *from) = (now, s);
+        }
+    }
+    None
+}

@@ -1,7 +1,7 @@
 //! Direct light of point lights over given rays, without a random number: what two renderers can agree on exactly.
 
 use crate::RenderError;
-use crate::accel::{Hit, LastBlockers};
+use crate::accel::{Hit, LastBlockers, Skip};
 use crate::scene::RenderScene;
 use crate::vertex::Vertex;
 use glam::Vec3;
@@ -23,7 +23,8 @@ pub enum Offsets {
     #[default]
     Own,
     /// As Mitsuba 3.9 does in single precision: from p + n·sign(n·d)·(1 + max|p|)·8.94e-5, towards the light from
-    /// there, over the distance times 1 - 8.94e-4, and with every fibre in the way, the own one too.
+    /// there, over the distance times 1 - 8.94e-4, and with every fibre in the way; the own one too where the ray
+    /// leaves it outward.
     Mitsuba,
 }
 
@@ -98,7 +99,10 @@ impl RenderScene<'_> {
                 let (p, n) = (vertex.surface.position_mm, vertex.surface.normal);
                 let side = if n.dot(light - p) < 0.0 { -1.0 } else { 1.0 };
                 let reach = (1.0 + p.abs().max_element()) * RAY_EPSILON;
-                (p + n * (side * reach), None, 1.0 - SHADOW_EPSILON)
+                // Within the own fibre nothing stops a ray: it meets back faces alone. Our neighbouring segments
+                // would, where their spheres reach inside.
+                let skip = vertex.skip.filter(|_| side < 0.0).map(|s| Skip { near_mm: 0.0, ..s });
+                (p + n * (side * reach), skip, 1.0 - SHADOW_EPSILON)
             }
         };
         let to = light - start;

@@ -13,18 +13,20 @@ mod environment;
 mod error;
 mod groom;
 mod head;
+mod motion;
 mod scene;
 mod spec;
 
 pub use build::build;
 pub use catalog::{CatalogEntry, DEFAULT_SCENE, catalog};
 pub use error::SceneError;
+pub use motion::{HeadPose, MotionCache, MotionError, MotionFrame, Simulation, moving_catalog};
 pub use scene::{
     AreaLight, Environment, FibreOptics, Lens, OpticsModel, OpticsRoots, Pigment, RigMotion, Scene, Sensor,
     SkinOptics, Surface,
 };
 pub use spec::{
     CalibrationError, Clumping, Difficulty, Disorder, EnvironmentSpec, Family, Fringe, GroomSpec,
-    HairFileSpec, HeadSpec, LengthSpec, LensSpec, LightSpec, MAX_STRANDS, Parting, PigmentSpec, RigSpec,
-    SceneSpec, StyleSpec, WaveSpec, parse,
+    HairFileSpec, HeadDrive, HeadSpec, LengthSpec, LensSpec, LightSpec, MAX_STRANDS, MotionSolver,
+    MotionSpec, Parting, PigmentSpec, RigSpec, SceneSpec, StyleSpec, Swing, WaveSpec, WindSpec, parse,
 };

@@ -3,10 +3,10 @@
 use super::{EnvironmentSpec, GroomSpec, LightSpec, MAX_STRANDS, RigSpec, SceneSpec};
 use crate::OpticsModel;
 
-type Fault = (String, String);
+pub(super) type Fault = (String, String);
 
 /// Says that `key` must lie in a closed range; NaN does not.
-fn within<T: Into<f64> + Copy>(key: &str, value: T, low: f64, high: f64) -> Result<(), Fault> {
+pub(super) fn within<T: Into<f64> + Copy>(key: &str, value: T, low: f64, high: f64) -> Result<(), Fault> {
     let v: f64 = value.into();
     if (low..=high).contains(&v) {
         return Ok(());
@@ -99,6 +99,9 @@ impl SceneSpec {
         within("sensor.bits", s.bits, 0.0, 16.0)?;
         for w in s.response_rgb {
             within("sensor.response_rgb", w, 0.0, 10.0)?;
+        }
+        if let Some(motion) = &self.motion {
+            motion.check()?;
         }
         self.rig.check()?;
         if let Some(environment) = &self.environment {

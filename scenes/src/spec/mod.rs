@@ -3,6 +3,7 @@
 mod check;
 mod environment;
 mod groom;
+mod motion;
 mod parse;
 mod rig;
 
@@ -10,6 +11,7 @@ pub use environment::EnvironmentSpec;
 pub use groom::{
     Clumping, Disorder, Family, Fringe, GroomSpec, LengthSpec, MAX_STRANDS, Parting, StyleSpec, WaveSpec,
 };
+pub use motion::{HeadDrive, MotionSolver, MotionSpec, Swing, WindSpec};
 pub use parse::parse;
 pub use rig::{CalibrationError, LensSpec, LightSpec, RigSpec};
 
@@ -80,6 +82,9 @@ pub struct SceneSpec {
     /// The cameras' response and faults.
     #[serde(default)]
     pub sensor: Sensor,
+    /// How the hair moves; one pose where absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motion: Option<MotionSpec>,
 }
 
 /// Which solid surface the hair surrounds.
@@ -178,6 +183,7 @@ impl SceneSpec {
             lights: LightSpec::default(),
             environment: None,
             sensor: Sensor::default(),
+            motion: None,
         }
     }
 

@@ -218,4 +218,55 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn a_fringe_parts_from_nothing() {
+        let head = Head::new(155.0);
+        let fringe = Fringe { length_mm: 50.0, half_width_mm: 66.0, depth_mm: 44.0 };
+        let style = StyleSpec { whorl_deg: 0.0, ..StyleSpec::default() };
+        let comb = Comb::new(&style, Some(fringe), &head);
+        let roots = head.scalp().roots(3000, 1.0, &[4], 3);
+        let (mut inside, mut border) = (0, 0);
+        for r in &roots {
+            let d = comb.fringe_mm(r.position).expect("there is a fringe");
+            let way = comb.toward(r.position, r.normal, comb.forward(r.position));
+            if d > FRINGE_BLEND_MM {
+                inside += 1;
+                assert!(way.z > 0.0, "{:?} is combed {way}", r.position);
+            } else if d < -FRINGE_BLEND_MM {
+                assert_eq!(way, comb.at(r.position, r.normal));
+            }
+            // Beside the border and away from the parting the field turns by less than a quarter turn in 5 mm.
+            if d.abs() < FRINGE_BLEND_MM && r.position.x.abs() > 12.0 {
+                for o in roots.iter().filter(|o| o.position.distance(r.position) < 5.0) {
+                    border += 1;
+                    let other = comb.toward(o.position, o.normal, comb.forward(o.position));
+                    assert!(way.dot(other) > 0.0, "{:?} {way}, {:?} {other}", r.position, o.position);
+                }
+            }
+        }
+        assert!(inside > 60 && border > 200, "{inside} inside, {border} pairs at the border");
+    }
+
+    #[test]
+    fn a_whorl_is_a_spiral_that_turns_one_way() {
+        let head = Head::new(155.0);
+        let style = StyleSpec {
+            parting: Parting::None,
+            comb: [0.0, 0.0, 1.0],
+            whorl_deg: 0.0,
+            ..StyleSpec::default()
+        };
+        let comb = Comb::new(&style, None, &head);
+        for r in head.scalp().roots(20_000, 1.0, &[6], 1) {
+            let away = r.position - CROWN;
+            let away = away - r.normal * away.dot(r.normal);
+            if (3.0..12.0).contains(&away.length()) && r.position.distance(CROWN) < 20.0 {
+                let way = comb.at(r.position, r.normal);
+                let turn = r.normal.dot(away.cross(way)) / away.length();
+                assert!(turn > 0.5, "{:?}: {turn}", r.position);
+                assert!(way.dot(away) > 0.0, "{:?} is combed into the whorl", r.position);
+            }
+        }
+    }
 }

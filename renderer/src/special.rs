@@ -82,9 +82,24 @@ pub fn probit(p: f32) -> f32 {
     z.copysign(q)
 }
 
-/// Probability that a standard normal deviate lies below `z`, accurate in the lower tail too.
+/// Probability that a standard normal deviate lies below `z`, relative error below 2e-7 + 1e-7 z² where `z` is
+/// negative: exp(-z²/2) times a polynomial in 1 / (1 + 0.3 |z|), fitted to it over |z| < 14 by least squares
+/// reweighted towards the smallest greatest relative error (1.5e-7).
+#[inline]
 pub fn normal_below(z: f32) -> f32 {
-    (0.5 * libm::erfc(-f64::from(z) * std::f64::consts::FRAC_1_SQRT_2)) as f32
+    const C: [f32; 8] = [
+        0.119_629_29,
+        0.120_754_02,
+        0.099_913_076,
+        0.128_563_14,
+        -0.053_686_75,
+        0.206_357_15,
+        -0.157_205_34,
+        0.035_675_348,
+    ];
+    let t = 1.0 / (1.0 + 0.3 * z.abs());
+    let tail = crate::math::exp(-0.5 * z * z) * t * C.iter().rev().fold(0.0, |p, &c| p * t + c);
+    if z < 0.0 { tail } else { 1.0 - tail }
 }
 
 /// e^-x I_0(x) for x >= 0, relative error below 1e-6 (Abramowitz and Stegun 9.8.1 and 9.8.2).
@@ -142,7 +157,8 @@ mod tests {
             let z = f64::from(i) * 0.01 - 12.8;
             let p = 0.5 * libm::erfc(-z / 2f64.sqrt());
             let near = normal_below(z as f32);
-            assert!((f64::from(near) - p).abs() <= 2e-5 * p, "{z}: {near} {p}");
+            // z itself is rounded: half a last bit times z, and again in z².
+            assert!((f64::from(near) - p).abs() <= (4e-7 + 3e-7 * z * z) * p, "{z}: {near} {p}");
             if z < 4.0 {
                 // dz = dp / density; p carries a relative error of 6e-8, and 1 - p an absolute one.
                 let density = (-0.5 * z * z).exp() / (2.0 * std::f64::consts::PI).sqrt();

@@ -47,9 +47,12 @@ impl Longitudinal {
     /// leaves the exponent (cos(θ_i + θ_o) - 1) / v: no large numbers to subtract however narrow the lobe.
     #[inline(always)]
     pub fn value(&self, (sin_i, cos_i): (f32, f32), (sin_o, cos_o): (f32, f32)) -> f32 {
-        let x = cos_i * cos_o * self.inverse;
         let (a, b) = (cos_i - cos_o, sin_i + sin_o);
         let decay = exp(-0.5 * (a * a + b * b) * self.inverse);
+        if decay == 0.0 {
+            return 0.0;
+        }
+        let x = cos_i * cos_o * self.inverse;
         let bessel = match self.bessel {
             Bessel::Exact => bessel_i0_scaled(x),
             Bessel::Mitsuba => self.mitsuba(x),

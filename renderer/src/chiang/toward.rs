@@ -93,8 +93,14 @@ impl Toward<'_> {
     #[inline(always)]
     fn lobes(&self, sin_i: f32, cos_i: f32, phi: f32) -> [f32; LOBES] {
         std::array::from_fn(|p| {
-            let n = if p < 3 { self.fibre.logistic.density(phi - self.centres[p]) } else { 0.5 / PI };
-            self.fibre.longitudinal[p].value((sin_i, cos_i), self.tilted[p]) * n
+            let m = self.fibre.longitudinal[p].value((sin_i, cos_i), self.tilted[p]);
+            if m == 0.0 {
+                0.0
+            } else if p < 3 {
+                m * self.fibre.logistic.density(phi - self.centres[p])
+            } else {
+                m * (0.5 / PI)
+            }
         })
     }
 

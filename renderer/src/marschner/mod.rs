@@ -52,6 +52,8 @@ pub struct Fibre {
     shifts: [f32; LOBES],
     /// Longitudinal widths β, radians.
     widths: [f32; LOBES],
+    /// 1 / β.
+    inverse_widths: [f32; LOBES],
     /// 1 / (2 β²).
     sharpness: [f32; LOBES],
     /// ½ / (β sqrt(2π)).
@@ -76,18 +78,19 @@ struct Parts {
 }
 
 impl Parts {
-    /// Share of the light that absorption leaves, indexed [lobe][channel].
+    /// Share of the light that absorption leaves to a lobe. Many lobes vanish in most directions: ask for those
+    /// that do not.
     #[inline(always)]
-    fn passed(&self, absorption_rgb: [f32; 3]) -> [[f32; 3]; LOBES] {
-        let second_order = |p: usize| {
-            absorption_rgb.map(|sigma| {
-                let bent = -sigma * self.length[p] + 0.5 * sigma * sigma * self.variance[p];
-                // The expansion must not turn back up for strong absorption.
-                exp(bent.min(-(EXPANSION as f32) * sigma * self.length[p]))
-            })
-        };
-        let rest = if self.n[3] > 0.0 { second_order(3) } else { [0.0; 3] };
-        [[1.0; 3], absorption_rgb.map(|sigma| exp(-sigma * self.length[1])), second_order(2), rest]
+    fn passed(&self, p: usize, absorption_rgb: [f32; 3]) -> [f32; 3] {
+        match p {
+            0 => [1.0; 3],
+            1 => absorption_rgb.map(|sigma| exp(-sigma * self.length[1])),
+            _ => absorption_rgb.map(|sigma| {
+                // The second-order expansion must not turn back up for strong absorption.
+                let way = sigma * self.length[p];
+                exp((0.5 * sigma * sigma * self.variance[p] - way).min(-(EXPANSION as f32) * way))
+            }),
+        }
     }
 }
 
@@ -137,6 +140,7 @@ impl Fibre {
             sampler,
             shifts: shifts.map(|s| s as f32),
             widths: widths.map(|b| b as f32),
+            inverse_widths: widths.map(|b| (1.0 / b) as f32),
             sharpness: widths.map(|b| (0.5 / (b * b)) as f32),
             peaks: widths.map(|b| (0.5 / (b * norm)) as f32),
             // TRT and the rest pass at most what the limit of their expansion in σ lets.
@@ -153,6 +157,12 @@ impl Fibre {
             let d = theta_h - self.shifts[p];
             self.peaks[p] * exp(-d * d * self.sharpness[p])
         })
+    }
+
+    /// ∫ N_p dφ of R, TT, TRT and rest over all azimuths at a difference angle in [0, π/2], no absorption: the
+    /// share of light that takes the lobe.
+    pub fn azimuthal_energies(&self, theta_d: f32) -> [f32; LOBES] {
+        self.sampler.energy(theta_d)
     }
 
     #[inline(always)]
@@ -185,9 +195,8 @@ impl Fibre {
         let cos2_d = (0.5 * (1.0 + cos_2d)).max(1e-4);
         let eta_star = self.eta_mean + angles.cos_2phi_h * self.eta_swing;
         let parts = self.parts(0.5 * (ti + tr), 0.5 * (tr - ti).abs(), acos(angles.cos_phi), eta_star);
-        let passed = parts.passed(absorption_rgb);
         let inv = 1.0 / cos2_d;
-        std::array::from_fn(|p| passed[p].map(|t| parts.m[p] * parts.n[p] * inv * t))
+        std::array::from_fn(|p| parts.passed(p, absorption_rgb).map(|t| parts.m[p] * parts.n[p] * inv * t))
     }
 }
 

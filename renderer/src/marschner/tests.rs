@@ -11,8 +11,8 @@ fn optics() -> FibreOptics {
 }
 
 /// Traces one ray through a smooth cylinder along y with vector refraction in three dimensions, entering at
-/// offset `h`; yields (exit azimuth relative to the light, energy, inside length) for p = 0, 1, 2.
-fn trace_cylinder(h: f64, theta: f64, eta: f64) -> [(f64, f64, f64); 3] {
+/// offset `h`; yields (exit azimuth relative to the light, energy, inside length) for p = 0, 1, 2, ...
+pub(super) fn trace_cylinder<const PATHS: usize>(h: f64, theta: f64, eta: f64) -> [(f64, f64, f64); PATHS] {
     let reflectance = |cos_i: f64, n: f64| {
         let sin2_t = (1.0 - cos_i * cos_i) / (n * n);
         if sin2_t >= 1.0 {
@@ -35,7 +35,7 @@ fn trace_cylinder(h: f64, theta: f64, eta: f64) -> [(f64, f64, f64); 3] {
     let n0 = p0;
     let f0 = reflectance(-d.dot(n0), eta);
     let reflected = d - n0 * (2.0 * d.dot(n0));
-    let mut out = [(azimuth(reflected), f0, 0.0); 3];
+    let mut out = [(azimuth(reflected), f0, 0.0); PATHS];
     let mut direction = refract(d, n0, 1.0 / eta);
     let mut p = p0;
     let (mut energy, mut length) = (1.0 - f0, 0.0);
@@ -89,7 +89,7 @@ fn azimuthal_terms_match_a_cylinder_traced_ray_by_ray() {
         let rays = 400_000;
         for i in 0..rays {
             let h = 2.0 * (f64::from(i) + 0.5) / f64::from(rays) - 1.0;
-            for (p, (phi, energy, length)) in trace_cylinder(h, theta, 1.55).into_iter().enumerate() {
+            for (p, (phi, energy, length)) in trace_cylinder::<3>(h, theta, 1.55).into_iter().enumerate() {
                 let bin = ((phi.rem_euclid(2.0 * PI)) / (2.0 * PI) * BINS as f64) as usize;
                 traced[p][bin.min(BINS - 1)] += energy * (-sigma * length).exp() / f64::from(rays);
             }

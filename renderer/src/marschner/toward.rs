@@ -115,9 +115,10 @@ impl Toward<'_> {
         let returned = f.sampler.returned(self.theta_r);
         let lobes = if f.rest.is_some() { LOBES } else { LOBES - 1 };
         let mut total = 0.0;
+        let passed = self.absorption.map(|s| f.shortest.map(|way| exp(-s * way)));
         for p in 0..lobes {
-            let ends =
-                [-FRAC_PI_2, FRAC_PI_2].map(|e| (0.5 * (self.theta_r + e) - f.shifts[p]) / f.widths[p]);
+            let ends = [-FRAC_PI_2, FRAC_PI_2]
+                .map(|e| (0.5 * (self.theta_r + e) - f.shifts[p]) * f.inverse_widths[p]);
             let lobe = &mut self.lobes[p];
             *lobe = if ends[0] < -UNCUT && ends[1] > UNCUT {
                 Lobe { left: 1.0, ends, ..Lobe::default() }
@@ -128,7 +129,7 @@ impl Toward<'_> {
                 Lobe { below, left: normal_below(b) - below, ends: [a, b], turned, ..Lobe::default() }
             };
             if lobe.left > 0.0 {
-                let passed = self.absorption.map(|s| exp(-s * f.shortest[p])).iter().sum::<f32>() / 3.0;
+                let passed = (passed[0][p] + passed[1][p] + passed[2][p]) / 3.0;
                 let (mean, greatest) = returned[p];
                 lobe.share = mean.max(DEFENCE * lobe.left * greatest) * passed;
                 total += lobe.share;
@@ -156,22 +157,27 @@ impl Toward<'_> {
         let eta_star = f.eta_mean + f.eta_swing * cos_2phi_h;
         let parts = f.parts(0.5 * (theta_i + self.theta_r), theta_d, phi, eta_star);
         let energy = f.sampler.energy(theta_d);
-        let passed = parts.passed(self.absorption);
-        let mut density = 0.0;
+        let (mut rgb, mut density) = ([0.0; 3], 0.0);
         for p in 0..LOBES {
+            if parts.m[p] == 0.0 {
+                continue;
+            }
             let n = if p == 2 && f.sampler.trt_differs {
                 f.sampler.node_value(p, theta_d, phi)
             } else {
                 parts.n[p]
             };
-            if energy[p] > 0.0 {
+            if n > 0.0 && energy[p] > 0.0 {
                 density += self.lobes[p].scale * parts.m[p] * n / energy[p];
             }
+            let product = parts.m[p] * parts.n[p] / cos2_d;
+            if product > 0.0 {
+                let passed = parts.passed(p, self.absorption);
+                for (v, t) in rgb.iter_mut().zip(passed) {
+                    *v += product * t;
+                }
+            }
         }
-        let inv = 1.0 / cos2_d;
-        let rgb = std::array::from_fn(|k| {
-            (0..LOBES).map(|p| parts.m[p] * parts.n[p] * passed[p][k]).sum::<f32>() * inv
-        });
         Value { rgb, density }
     }
 

@@ -36,7 +36,7 @@ fn mean_weight_is_the_energy_returned() {
         for (theta_deg, h, sigma) in [(5.0, 0.3, 0.0), (-55.0, -0.9, 0.5), (84.0, 0.0, 2.0)] {
             let s = Setup::new(theta_deg, h, [sigma, 0.3 * sigma, 2.0 * sigma]);
             let t = s.toward(&model);
-            let want = integrate(&s, (1080, 400), |d| f64::from(t.eval(d)[0]));
+            let want = integrate(&s, (720, 300), |d| f64::from(t.eval(d)[0]));
             let n = 200_000;
             let mut rng = Rng::keyed(&[8, k as u64]);
             let (mut sum, mut squares) = (0.0f64, 0.0f64);

@@ -146,16 +146,31 @@ impl CrossSection {
             let last = ((hi - phi) / (2.0 * PI)).floor() as i64;
             for k in first..=last {
                 let target = phi + 2.0 * PI * k as f64;
-                let (mut a, mut b) = (w[0], w[1]);
-                let rising = fb > fa;
-                for _ in 0..60 {
-                    let m = 0.5 * (a + b);
-                    if (self.exit(p, m).0 < target) == rising { a = m } else { b = m }
-                }
-                found.push(0.5 * (a + b));
+                found.push(self.root(p, target, (w[0], w[1]), fb > fa));
             }
         }
         found
+    }
+
+    /// γ_i at which the unwrapped exit azimuth is `target`, between ends where it is monotone: Newton's method,
+    /// halving the bracket instead wherever a step would leave it or hardly shorten it.
+    fn root(&self, p: u32, target: f64, (mut a, mut b): (f64, f64), rising: bool) -> f64 {
+        let mut gamma = 0.5 * (a + b);
+        for k in 0..80 {
+            let (phi, slope) = self.exit(p, gamma);
+            if (phi < target) == rising {
+                a = gamma
+            } else {
+                b = gamma
+            }
+            let newton = gamma - (phi - target) / slope;
+            let next = if newton > a && newton < b && k % 4 != 3 { newton } else { 0.5 * (a + b) };
+            if (next - gamma).abs() < 1e-15 {
+                return next;
+            }
+            gamma = next;
+        }
+        gamma
     }
 
     /// N_p(φ) as a list of parts, without the caustic's smoothing: Σ A(p, h) / (2 |dφ/dh|) (Eq. 8).

@@ -1,6 +1,7 @@
 //! The samplers against their densities.
 
 use super::*;
+use std::sync::LazyLock;
 
 const BINS: (usize, usize) = (72, 72);
 const SUB: u32 = 5;
@@ -72,7 +73,15 @@ fn lobe<'a>(model: &'a FibreModel, s: &Setup, p: usize) -> Option<Toward<'a>> {
     }
 }
 
-fn cases() -> Vec<(&'static str, FibreOptics)> {
+/// Fibres of all kinds, tabulated once.
+fn cases() -> &'static [(&'static str, FibreModel)] {
+    static CASES: LazyLock<Vec<(&'static str, FibreModel)>> = LazyLock::new(|| {
+        optics().into_iter().map(|(name, o)| (name, FibreModel::new(&o).unwrap())).collect()
+    });
+    &CASES
+}
+
+fn optics() -> Vec<(&'static str, FibreOptics)> {
     let oval = FibreOptics { eccentricity: 0.85, ..marschner() };
     vec![
         ("marschner", FibreOptics { rest: true, ..marschner() }),
@@ -87,14 +96,13 @@ fn cases() -> Vec<(&'static str, FibreOptics)> {
 
 #[test]
 fn every_lobe_is_drawn_as_its_density_says() {
-    for (k, (name, optics)) in cases().into_iter().enumerate() {
-        let model = FibreModel::new(&optics).unwrap();
+    for (k, (name, model)) in cases().iter().enumerate() {
         // 80° cuts the lobes at the poles.
         for (theta_deg, h) in [(15.0, 0.4), (-80.0, -0.95)] {
             let s = Setup::new(theta_deg, h, [0.2, 0.5, 1.0]);
             for p in 0..4 {
-                let Some(t) = lobe(&model, &s, p) else {
-                    assert!(p == 3 && matches!(name, "cubic" | "oval"), "{name}: lobe {p} is empty");
+                let Some(t) = lobe(model, &s, p) else {
+                    assert!(p == 3 && matches!(*name, "cubic" | "oval"), "{name}: lobe {p} is empty");
                     continue;
                 };
                 let z = chi_squared(&s, 150_000, (k * 8 + p) as u64, |d| t.pdf(d), |u| t.sample(u));
@@ -108,11 +116,10 @@ fn every_lobe_is_drawn_as_its_density_says() {
 
 #[test]
 fn mixtures_are_drawn_as_their_density_says() {
-    for (k, (name, optics)) in cases().into_iter().enumerate() {
-        let model = FibreModel::new(&optics).unwrap();
+    for (k, (name, model)) in cases().iter().enumerate() {
         for (theta_deg, h, sigma) in [(0.0, 0.0, 0.0), (-40.0, 0.8, 0.3), (75.0, -0.99, 3.0)] {
             let s = Setup::new(theta_deg, h, [sigma, 2.0 * sigma, 3.0 * sigma]);
-            let t = s.toward(&model);
+            let t = s.toward(model);
             let z = chi_squared(&s, 300_000, 100 + k as u64, |d| t.pdf(d), |u| t.sample(u));
             println!("{name} θ_r {theta_deg}: z {z:.2}");
             assert!(z < 5.0, "{name}, θ_r {theta_deg}°: χ² is {z} standard deviations high");
@@ -122,11 +129,10 @@ fn mixtures_are_drawn_as_their_density_says() {
 
 #[test]
 fn density_integrates_to_one() {
-    for (name, optics) in cases() {
-        let model = FibreModel::new(&optics).unwrap();
+    for (name, model) in cases() {
         for (theta_deg, h) in [(0.0, 0.0), (-50.0, 1.0), (85.0, -0.7), (89.5, 0.2)] {
             let s = Setup::new(theta_deg, h, [0.3; 3]);
-            let t = s.toward(&model);
+            let t = s.toward(model);
             let got = integrate_open(&s, (480, 240), |d| f64::from(t.pdf(d)));
             println!("{name} θ_r {theta_deg}: {:.2e}", got - 1.0);
             // Midpoints of 0.4° and 1.5° on tables of 0.7° and 0.94° with kinks at each node: 5e-4.
@@ -137,12 +143,11 @@ fn density_integrates_to_one() {
 
 #[test]
 fn a_sample_carries_the_value_and_density_of_its_direction() {
-    for (k, (name, optics)) in cases().into_iter().enumerate() {
-        let model = FibreModel::new(&optics).unwrap();
+    for (k, (name, model)) in cases().iter().enumerate() {
         let mut rng = Rng::keyed(&[6, k as u64]);
         for i in 0..20_000 {
             let s = Setup::new([10.0, -60.0, 85.0][i % 3], rng.range(-1.0, 1.0), [0.1, 0.4, 2.0]);
-            let t = s.toward(&model);
+            let t = s.toward(model);
             let Some(x) = t.sample(std::array::from_fn(|_| rng.f32())) else { continue };
             assert!((x.to_light.length() - 1.0).abs() < 1e-5);
             let (value, pdf) = t.eval_pdf(x.to_light);
@@ -162,8 +167,7 @@ fn a_sample_carries_the_value_and_density_of_its_direction() {
 }
 
 /// Draws at random cameras, offsets and colours; the greatest weight, and the greatest share of its bound.
-fn hammer(optics: &FibreOptics, n: u32, key: u64) -> (f32, f32) {
-    let model = FibreModel::new(optics).unwrap();
+fn hammer(model: &FibreModel, n: u32, key: u64) -> (f32, f32) {
     let mut rng = Rng::keyed(&[7, key]);
     let mut greatest = (0.0f32, 0.0f32);
     for i in 0..n {
@@ -204,11 +208,11 @@ fn hammer(optics: &FibreOptics, n: u32, key: u64) -> (f32, f32) {
 
 #[test]
 fn a_million_draws_are_finite_and_their_weights_bounded() {
-    let mut cases = cases();
-    cases.push(("narrow", FibreOptics { width_r_deg: 0.5, ..marschner() }));
-    cases.push(("polished", chiang(0.01, 0.01, -3.0)));
-    for (k, (name, optics)) in cases.iter().enumerate() {
-        let (weight, share) = hammer(optics, 120_000, k as u64);
+    let narrow = FibreModel::new(&FibreOptics { width_r_deg: 0.5, ..marschner() }).unwrap();
+    let polished = FibreModel::new(&chiang(0.01, 0.01, -3.0)).unwrap();
+    let more = [("narrow", narrow), ("polished", polished)];
+    for (k, (name, model)) in cases().iter().chain(&more).enumerate() {
+        let (weight, share) = hammer(model, 120_000, k as u64);
         println!("{name}: greatest weight {weight}, {share} of its bound");
         // The bound's maxima are taken on a grid; rounding.
         assert!(share <= 1.05, "{name}: greatest weight {weight}, {share} of its bound");
@@ -218,9 +222,8 @@ fn a_million_draws_are_finite_and_their_weights_bounded() {
 #[test]
 #[ignore = "a hundred million draws: minutes"]
 fn a_hundred_million_draws_are_finite() {
-    let cases = cases();
-    let n = 100_000_000 / cases.len() as u32 + 1;
-    for (k, (name, optics)) in cases.iter().enumerate() {
-        println!("{name}: greatest weight and share of its bound {:?}", hammer(optics, n, 1000 + k as u64));
+    let n = 100_000_000 / cases().len() as u32 + 1;
+    for (k, (name, model)) in cases().iter().enumerate() {
+        println!("{name}: greatest weight and share of its bound {:?}", hammer(model, n, 1000 + k as u64));
     }
 }

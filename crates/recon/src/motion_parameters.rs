@@ -68,7 +68,7 @@ parameters! {
     track_smooth: f32 = 1.0, positive, "a number above 0";
     /// Weight of equal displacements of neighbouring vertices in the template's detail (5.3) against a unit weight
     /// of the surface.
-    detail_smoothness: f32 = 1.0, positive, "a number above 0";
+    detail_smoothness: f32 = 0.1, positive, "a number above 0";
     /// Farthest that a template vertex looks for the surface along its normal, mm.
     detail_mm: f32 = 10.0, positive, "a number above 0";
     /// Distance between the nodes that carry the interior seeds, mm (5.3 leaves the choice: coarser is smoother).

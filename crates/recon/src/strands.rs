@@ -2,7 +2,7 @@
 
 use crate::field3d::diffuse;
 use crate::growth::{Stop, grow_all};
-use crate::layer::{Layer, SignedDistance, Silhouette, in_hull};
+use crate::layer::{Layer, SignedDistance, Silhouette, VoxelBox, in_hull};
 use crate::pipeline::Clock;
 use crate::seeds::{Cage, interior_seeds, surface_seeds};
 use crate::surface::FrameSurface;
@@ -79,6 +79,9 @@ impl Grower {
         })?;
         let tracked = self.tracked.as_mut().expect("made above");
         let distance = clock.stage("layer", 1, || {
+            // Refuses a grid that would not fit before any distance is taken.
+            let (low, high) = tracked.template.mesh().bounds().unwrap_or_default();
+            VoxelBox::new(frame, low - p.layer_mm, high + p.layer_mm, p.voxel_mm)?;
             let below = tracked.template.surface(frame)?;
             SignedDistance::new(frame, &below, p.layer_mm, p.voxel_mm, DISTANCE_VOXELS * p.voxel_mm)
         })?;

@@ -1,7 +1,9 @@
-//! Render noise against the sensor's own noise, and what it costs: `noise SCENE [CAMERA]`.
+//! Render noise against the sensor's own noise, and what it costs:
+//! `noise SCENE [CAMERA] [SCALE] [FIRST,MAX,TARGET,DEPTH,EVERY ...]`.
 //!
 //! Renders one view twice with each of several settings, by two seeds. In pixels that hair covers by half or
-//! more, the difference of the two gives the actual standard error, free of any assumption about the samples.
+//! more, the difference of the two gives the actual standard error, free of any assumption about the samples. SCALE
+//! multiplies image size and focal length.
 //! Times are CPU seconds of the process (Linux; wall seconds elsewhere).
 
 use std::process::ExitCode;
@@ -64,13 +66,37 @@ fn noise(a: &Render, b: &Render, s: &Sensor) -> Noise {
     Noise { render: rms(sums[0]), stated: rms(sums[1]), sensor: rms(sums[2]), signal: sums[3] / n }
 }
 
+/// Direct light alone, then paths, with the defaults last.
+const DEFAULT_ROWS: [&str; 6] =
+    ["16,16,0,1,1", "32,32,0,1,1", "32,32,0,8,8", "32,32,0,8,4", "32,32,0,8,2", "32,64,0.04,8,4"];
+
+fn row(text: &str) -> Result<Settings, String> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(str::parse).collect();
+    let numbers = numbers.map_err(|e| format!("{text}: {e}"))?;
+    let [first, most, target, depth, every] =
+        <[f64; 5]>::try_from(numbers).map_err(|n| format!("{text} has {} numbers, not 5", n.len()))?;
+    Ok(Settings {
+        samples_per_pixel: first as u32,
+        max_samples_per_pixel: most as u32,
+        noise_target: target as f32,
+        depth: depth as u32,
+        indirect_every: every as u32,
+        ..Settings::default()
+    })
+}
+
 fn run() -> Result<(), String> {
     let mut args = std::env::args().skip(1);
     let name = args.next().ok_or("usage: noise SCENE [CAMERA]")?;
     let camera = args.next().map_or(Ok(0), |a| a.parse()).map_err(|e| format!("camera: {e}"))?;
+    let scale: f64 = args.next().map_or(Ok(1.0), |a| a.parse()).map_err(|e| format!("scale: {e}"))?;
     let entry = catalog().iter().find(|e| e.name == name).ok_or(format!("there is no scene {name}"))?;
     let spec = entry.spec().map_err(|e| e.to_string())?;
-    let scene = build(&spec, 1, None).map_err(|e| e.to_string())?;
+    let mut scene = build(&spec, 1, None).map_err(|e| e.to_string())?;
+    let c = scene.rig.cameras.get_mut(camera).ok_or("there is no such camera")?;
+    c.width = (f64::from(c.width) * scale).round().max(1.0) as u32;
+    c.height = (f64::from(c.height) * scale).round().max(1.0) as u32;
+    (c.focal_px, c.principal_px) = (c.focal_px * scale, c.principal_px * scale);
     let start = Instant::now();
     let now = || cpu_s().unwrap_or_else(|| start.elapsed().as_secs_f64());
     print!("scene built{}; ", peak());
@@ -78,32 +104,35 @@ fn run() -> Result<(), String> {
     let prepared = RenderScene::new(&scene).map_err(|e| e.to_string())?;
     println!("{} points, build {:.1} CPU s{}", scene.strands.points.len(), now() - t, peak());
     println!(
-        "first  max  target | CPU s a view  M rays camera shadow  converged | render stated sensor (% of full) | render/sensor  mean signal"
+        "first  max target depth every | CPU s a view  M rays camera shadow bounce  converged | render stated sensor (% of full) | render/sensor  mean signal  CPU s x variance"
     );
-    for (first, most, target) in
-        [(16, 16, 0.0), (32, 32, 0.0), (32, 64, 0.04), (32, 64, 0.03), (32, 64, 0.02), (32, 128, 0.02)]
-    {
-        let settings = Settings {
-            samples_per_pixel: first,
-            max_samples_per_pixel: most,
-            noise_target: target,
-            ..Settings::default()
-        };
+    let mut rows: Vec<Settings> = args.map(|a| row(&a)).collect::<Result<_, _>>()?;
+    if rows.is_empty() {
+        rows = DEFAULT_ROWS.iter().map(|r| row(r)).collect::<Result<_, _>>()?;
+    }
+    for settings in rows {
         let t = now();
         let make = |seed| prepared.render(camera, &settings, seed, &Silent).map_err(|e| e.to_string());
         let (a, b) = (make(1)?, make(2)?);
         let cost = 0.5 * (now() - t);
         let q = noise(&a, &b, &scene.sensor);
         println!(
-            "{first:5} {most:4} {target:7.3} | {cost:12.1} {:13.1} {:6.1} {:9.3} | {:6.3} {:6.3} {:6.3} | {:.2}  {:.3}",
+            "{:5} {:4} {:6.3} {:5} {:5} | {cost:12.1} {:13.1} {:6.1} {:6.1} {:9.3} | {:6.3} {:6.3} {:6.3} | {:.2}  {:.3}  {:.4}",
+            settings.samples_per_pixel,
+            settings.max_samples_per_pixel,
+            settings.noise_target,
+            settings.depth,
+            settings.indirect_every,
             a.stats.primary_rays as f64 / 1e6,
             a.stats.shadow_rays as f64 / 1e6,
+            a.stats.bounce_rays as f64 / 1e6,
             a.stats.converged,
             100.0 * q.render,
             100.0 * q.stated,
             100.0 * q.sensor,
             q.render / q.sensor,
-            q.signal
+            q.signal,
+            cost * q.render * q.render
         );
     }
     Ok(())

@@ -1,12 +1,12 @@
 //! Renders one view of a scene to a colour PNG, to look at.
 //!
 //! `preview SCENE out.png [--camera N] [--scale S] [--samples N] [--max N]
-//! [--azimuth DEG] [--seed N] [--exposure F]`
+//! [--azimuth DEG] [--seed N] [--exposure F] [--depth N] [--every N]`
 //!
 //! SCENE is a name of the catalogue, a `.toml` file, or `demo`, a hand-made tuft. `--exposure` brightens the
 //! picture; 1 shows the sensor's full scale as white. `--max` lets noisy pixels take up to that many samples.
 //! `--scale` multiplies image size and focal length; `--azimuth` turns the camera about the vertical axis through
-//! the scene's middle.
+//! the scene's middle. `--depth` limits the scatterings of a path; one ray in `--every` is followed.
 
 #[path = "preview/demo.rs"]
 mod demo;
@@ -28,6 +28,8 @@ struct Options {
     azimuth_deg: f64,
     seed: u64,
     exposure: f32,
+    depth: u32,
+    every: u32,
 }
 
 fn options() -> Result<Options, String> {
@@ -41,6 +43,8 @@ fn options() -> Result<Options, String> {
         azimuth_deg: 0.0,
         seed: 1,
         exposure: 1.0,
+        depth: Settings::default().depth,
+        every: Settings::default().indirect_every,
     };
     let mut free = Vec::new();
     let mut args = std::env::args().skip(1);
@@ -59,6 +63,8 @@ fn options() -> Result<Options, String> {
             "azimuth" => o.azimuth_deg = value.parse().map_err(|e| bad(&e))?,
             "seed" => o.seed = value.parse().map_err(|e| bad(&e))?,
             "exposure" => o.exposure = value.parse().map_err(|e| bad(&e))?,
+            "depth" => o.depth = value.parse().map_err(|e| bad(&e))?,
+            "every" => o.every = value.parse().map_err(|e| bad(&e))?,
             _ => return Err(format!("unknown option --{name}")),
         }
     }
@@ -129,15 +135,18 @@ fn run() -> Result<(), String> {
     let settings = Settings {
         samples_per_pixel: o.samples,
         max_samples_per_pixel: o.max.max(o.samples),
+        depth: o.depth,
+        indirect_every: o.every,
         ..Settings::default()
     };
     let view = prepared.render(o.camera, &settings, o.seed, &Silent).map_err(|e| e.to_string())?;
     let s = &view.stats;
     eprintln!(
-        "render: {:.2} s, {:.2} M camera rays, {:.2} M shadow rays, {:.1} % of pixels converged",
+        "render: {:.2} s, {:.2} M camera rays, {:.2} M shadow rays, {:.2} M bounce rays, {:.1} % of pixels converged",
         s.wall_s,
         s.primary_rays as f64 / 1e6,
         s.shadow_rays as f64 / 1e6,
+        s.bounce_rays as f64 / 1e6,
         s.converged * 100.0
     );
     let (w, h) = view.radiance_rgb.size();

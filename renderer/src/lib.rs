@@ -11,6 +11,7 @@ mod direct;
 mod environment;
 pub mod fibre;
 mod footprint;
+mod guide;
 mod identity;
 mod lens;
 mod light;
@@ -25,9 +26,9 @@ mod special;
 mod vertex;
 mod view;
 
-pub use fibre::{FibreModel, FibrePoint, Scattered, Toward};
 pub use direct::{Direct, Offsets, PointLight};
 pub use environment::{Sky, SkySample};
+pub use fibre::{FibreModel, FibrePoint, Scattered, Toward};
 pub use identity::IdentityPlanes;
 pub use light::{Choice, LightSample, Lights, Mix, Strategy};
 pub use scene::{RenderScene, fibre_tangent};
@@ -85,10 +86,10 @@ impl Default for Settings {
     fn default() -> Settings {
         Settings {
             samples_per_pixel: 32,
-            max_samples_per_pixel: 64,
+            max_samples_per_pixel: 32,
             noise_target: 0.04,
             depth: 8,
-            indirect_every: 8,
+            indirect_every: 4,
             strategy: Strategy::Both,
             clamp: 0.0,
         }

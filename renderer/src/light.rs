@@ -137,7 +137,7 @@ pub struct Choice {
 }
 
 /// Lights that [`Lights::choose`] weighs against each other; of more, one is drawn blindly.
-const WEIGHED: usize = 8;
+pub(crate) const WEIGHED: usize = 8;
 
 /// The lights of a scene.
 #[derive(Clone, Debug, Default)]
@@ -206,6 +206,20 @@ impl Lights {
         self.emitters.len() + usize::from(self.sky.is_some())
     }
 
+    /// How many rectangles emit.
+    pub(crate) fn rectangles(&self) -> usize {
+        self.emitters.len()
+    }
+
+    /// Direction to a rectangle's centre, and about the irradiance that it gives a surface that faces it; `None` if
+    /// it faces away.
+    pub(crate) fn towards(&self, light: usize, point: Vec3) -> Option<(Vec3, f32)> {
+        let e = &self.emitters[light];
+        let s = e.sample([0.5, 0.5], point)?;
+        // Close by, a rectangle's solid angle is bounded.
+        Some((s.direction, s.weight_rgb.iter().sum::<f32>() * (s.pdf / (s.pdf + 0.2))))
+    }
+
     /// A point on a light for `u` in [0, 1)³ (choice in proportion to area times radiance, position); `None` if
     /// it faces away from `point`.
     #[inline]
@@ -223,7 +237,8 @@ impl Lights {
 
     /// At most `DRAWS` of the points that `u` (in [0, 1)³: choice, position) names on each light, drawn in
     /// proportion to what they would reflect: `lobe` gives scattering times the receiver's cosine towards a
-    /// direction, and, if asked, the density with which scattering draws it. Its mean over `u` is the sum over all lights
+    /// direction, and the density with which directions of scattering are drawn there, which matters only where
+    /// `mix` [leaves](Lights::leaves) light to them. Its mean over `u` is the sum over all lights
     /// (importance resampling with one candidate a light, Talbot et al. 2005), each candidate times its weight in
     /// `mix`, as long as what is in the way is taken into account afterwards. Where that sum stays below `dim`
     /// points are left out more often the dimmer it is, and made brighter in turn.
@@ -234,7 +249,7 @@ impl Lights {
         point: Vec3,
         dim: f32,
         mix: Mix,
-        lobe: impl Fn(Vec3, bool) -> ([f32; 3], f32),
+        lobe: impl Fn(Vec3) -> ([f32; 3], f32),
     ) -> [Option<Choice>; DRAWS] {
         let mut drawn = [None; DRAWS];
         if mix.strategy == Strategy::Scattering {
@@ -242,7 +257,7 @@ impl Lights {
         }
         let candidate = |light: usize, s: LightSample, small: bool| {
             let alone = small || mix.strategy == Strategy::Lights;
-            let (f, pdf) = lobe(s.direction, !alone);
+            let (f, pdf) = lobe(s.direction);
             let weight = if alone { 1.0 } else { mix.of_light(s.pdf, pdf) };
             Choice {
                 light,
@@ -411,7 +426,7 @@ mod tests {
             let mut drawn = 0;
             for i in 0..rays {
                 let choices =
-                    lights.choose::<DRAWS>(sampler.light(i), Vec3::ZERO, dim, only, |d, _| (reflect(d), 0.0));
+                    lights.choose::<DRAWS>(sampler.light(i), Vec3::ZERO, dim, only, |d| (reflect(d), 0.0));
                 drawn += choices.iter().flatten().count();
                 for k in 0..3 {
                     let seen = choices.iter().flatten().filter(|c| seen(c.direction));

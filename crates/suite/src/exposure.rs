@@ -8,10 +8,13 @@ use strandbench_types::Monitor;
 
 /// Where on the sensor's scale the bright hair is put: room for highlights above, little noise below.
 pub const METERED_SHARE: f64 = 0.7;
-/// Share of the hair pixels that stay below [`METERED_SHARE`].
+/// Share of the hair's blocks that stay below [`METERED_SHARE`].
 const QUANTILE_PERCENT: usize = 99;
-/// Rays through each pixel of the pilot.
+/// Rays through each pixel of the pilot, one of which is followed beyond its first scattering.
 const PILOT_SAMPLES: u32 = 8;
+/// Side of the blocks whose mean is read, px: with a path a pixel, the light of paths is noisy, and the brightest
+/// pixels of a noisy image are not the brightest hair. 64 pixels make that noise small.
+const BLOCK_PX: usize = 8;
 
 /// What the light meter found: `metered` in `render.json`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -19,7 +22,8 @@ const PILOT_SAMPLES: u32 = 8;
 pub struct Metered {
     /// Radiance that was made the sensor's full scale.
     pub full_scale_radiance: f32,
-    /// The 99th percentile of the hair pixels' radiance in the sensor's response.
+    /// The 99th percentile of the hair's radiance in the sensor's response, over the means of blocks of 8x8 pixels
+    /// that are mostly hair (of single pixels, if there is no such block).
     pub bright_radiance: f32,
     /// Pixels of the reference view of which at least half is hair.
     pub hair_pixels: u64,
@@ -28,8 +32,8 @@ pub struct Metered {
 }
 
 /// Meters the hair in the reference view if the scene's description has no `sensor.full_scale_radiance`: a pilot
-/// of few rays a pixel, then the exposure that puts the 99th percentile of the hair at seven tenths of full
-/// scale. A function of scene and seed alone.
+/// of few rays a pixel, then the exposure that puts the 99th percentile of the hair (blocks of 8x8 pixels) at seven
+/// tenths of full scale. A function of scene and seed alone.
 ///
 /// # Errors
 /// If the scene cannot be rendered, the reference view shows no hair or only black hair, or the work is
@@ -47,6 +51,7 @@ pub(crate) fn meter(
     let settings = Settings {
         samples_per_pixel: PILOT_SAMPLES,
         max_samples_per_pixel: PILOT_SAMPLES,
+        indirect_every: PILOT_SAMPLES,
         ..Settings::default()
     };
     let pilot = RenderScene::new(scene)
@@ -71,15 +76,34 @@ fn read(pilot: &Render, sensor: &Sensor) -> Option<Metered> {
     let hits = &pilot.hits;
     let is_hair = |i: usize| 2 * (hits.offsets[i + 1] - hits.offsets[i]) >= u32::from(hits.rays[i]);
     let weigh = |rgb: &[f32; 3]| (0..3).map(|c| f64::from(sensor.response_rgb[c]) * f64::from(rgb[c])).sum();
-    let pixels = pilot.radiance_rgb.data.iter().enumerate().filter(|(i, _)| is_hair(*i));
-    let mut light: Vec<f64> = pixels.map(|(_, rgb)| weigh(rgb)).filter(|v: &f64| v.is_finite()).collect();
+    let (width, height) = pilot.radiance_rgb.size();
+    let lit = |i: usize| {
+        let value: f64 = weigh(&pilot.radiance_rgb.data[i]);
+        (is_hair(i) && value.is_finite()).then_some(value)
+    };
+    let pixels: Vec<f64> = (0..width * height).filter_map(lit).collect();
+    let mut light = Vec::new();
+    for y in (0..height).step_by(BLOCK_PX) {
+        for x in (0..width).step_by(BLOCK_PX) {
+            let rows = y..(y + BLOCK_PX).min(height);
+            let block = rows.flat_map(|y| (x..(x + BLOCK_PX).min(width)).map(move |x| y * width + x));
+            let values: Vec<f64> = block.filter_map(lit).collect();
+            if 2 * values.len() >= BLOCK_PX * BLOCK_PX {
+                light.push(values.iter().sum::<f64>() / values.len() as f64);
+            }
+        }
+    }
+    let hair_pixels = pixels.len() as u64;
+    if light.is_empty() {
+        light = pixels;
+    }
     light.sort_unstable_by(f64::total_cmp);
     let rank = (light.len() * QUANTILE_PERCENT).div_ceil(100).max(1);
     let bright = *light.get(rank - 1)?;
     (bright > 0.0).then(|| Metered {
         full_scale_radiance: (bright / METERED_SHARE) as f32,
         bright_radiance: bright as f32,
-        hair_pixels: light.len() as u64,
+        hair_pixels,
         samples_per_pixel: PILOT_SAMPLES,
     })
 }
@@ -115,6 +139,24 @@ mod tests {
         let found = read(&pilot(&pixels), &sensor).unwrap();
         assert_eq!((found.hair_pixels, found.bright_radiance), (100, 198.0));
         assert!((f64::from(found.full_scale_radiance) * METERED_SHARE - 198.0).abs() < 1e-4);
+    }
+
+    #[test]
+    fn single_bright_pixels_are_noise_and_bright_blocks_are_hair() {
+        let sensor = Sensor { response_rgb: [1.0, 0.0, 0.0], ..Sensor::default() };
+        // 20 by 10 blocks; one pixel in 64 is bright, and two blocks (the top 1 %) are.
+        let (width, height) = (160, 80);
+        let block = |i: usize| (i % width / 8, i / width / 8);
+        let value = |i: usize| match (block(i), i % 8, i / width % 8) {
+            ((3, 4) | (9, 2) | (10, 2), ..) => 3.0,
+            (_, 2, 5) => 33.0,
+            _ => 0.5,
+        };
+        let n = width * height;
+        let mut pilot = pilot(&(0..n).map(|i| (8, value(i))).collect::<Vec<_>>());
+        pilot.radiance_rgb = Plane::from_vec(width, height, pilot.radiance_rgb.data);
+        let found = read(&pilot, &sensor).unwrap();
+        assert_eq!((found.hair_pixels, found.bright_radiance), (n as u64, 3.0));
     }
 
     #[test]

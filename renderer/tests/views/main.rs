@@ -3,3 +3,5 @@
 mod closed;
 mod common;
 mod promises;
+mod transport;
+mod witness;

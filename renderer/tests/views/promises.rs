@@ -28,10 +28,9 @@ fn same_bits_for_any_number_of_threads_and_other_bits_for_another_seed() {
     assert_eq!(bits(&one), bits(&two));
     assert_eq!(one.variance, two.variance);
     assert_eq!(one.hits, two.hits);
-    assert_eq!(
-        (one.stats.primary_rays, one.stats.shadow_rays),
-        (two.stats.primary_rays, two.stats.shadow_rays)
-    );
+    let rays = |r: &Render| [r.stats.primary_rays, r.stats.shadow_rays, r.stats.bounce_rays];
+    assert_eq!(rays(&one), rays(&two));
+    assert!(one.stats.bounce_rays > 1000, "paths are followed");
     assert_ne!(bits(&one), bits(&other));
     assert!(one.stats.converged > 0.0 && one.stats.converged < 1.0, "{}", one.stats.converged);
 }
@@ -171,4 +170,51 @@ fn progress_reaches_its_total_and_cancelling_stops() {
     assert_eq!((all.total.into_inner(), all.done.into_inner()), (35, 35));
     let some = Count { stop_after: 3, ..Count::default() };
     assert!(matches!(prepared.render(0, &fixed(1), 0, &some), Err(RenderError::Cancelled(_))));
+}
+
+#[test]
+fn an_eye_inside_a_fibre_is_counted_and_sees_past_it() {
+    let mut s =
+        scene(tuft(50), vec![Surface { mesh: plate(30.0, -9.0), albedo_rgb: [0.5; 3] }], Vec::new(), (8, 8));
+    s.lights.push(light(Vec3::new(300.0, 300.0, 700.0), 80.0, 60.0));
+    let eye = s.rig.cameras[0].centre_mm().as_vec3();
+    let without = render(&s, &fixed(4), 1);
+    assert_eq!(without.stats.fibres_at_eye, 0);
+    // Two segments meet at the eye, and a third of another strand holds it.
+    s.strands.push(&[eye - Vec3::Y * 3.0, eye, eye + Vec3::Y * 3.0], 0.04);
+    s.strands.push(&[eye - Vec3::X * 3.0, eye + Vec3::X * 3.0], 0.04);
+    s.pigments.extend([s.pigments[0]; 2]);
+    let within = render(&s, &fixed(4), 1);
+    assert_eq!(within.stats.fibres_at_eye, 3);
+    let light_of = |r: &Render| r.radiance_rgb.data.iter().map(|c| c[0]).sum::<f32>();
+    // The fibres' caps at the eye's sides hide nothing of a view along z.
+    assert!((light_of(&within) / light_of(&without) - 1.0).abs() < 0.1);
+}
+
+#[test]
+fn coincident_and_degenerate_fibres_carry_paths_without_nan() {
+    let mut set = tuft(60);
+    let copies: Vec<Vec<Vec3>> = (0..60).map(|i| set.points[set.range(i)].to_vec()).collect();
+    for points in &copies {
+        set.push(points, 0.04);
+        set.push(&points.iter().map(|p| *p * 1e-4).collect::<Vec<_>>(), 0.04);
+        set.push(&[points[0]; 4], 1e-6);
+    }
+    let inside = AreaLight {
+        centre_mm: Vec3::new(0.5, 0.0, 0.0),
+        half_u_mm: Vec3::X * 2.0,
+        half_v_mm: Vec3::Y * 2.0,
+        radiance_rgb: [1e3, 1.0, 1e-3],
+    };
+    let skin = Surface { mesh: plate(20.0, 0.0), albedo_rgb: [1.0; 3] };
+    let mut s =
+        scene(set, vec![skin.clone(), skin], vec![inside, light(Vec3::Z * 400.0, 300.0, 1.0)], (12, 12));
+    s.environment = Some(strandbench_scenes::Environment::constant([0.1; 3]));
+    for eumelanin in [0.0, 50.0] {
+        s.pigments.iter_mut().for_each(|p| p.eumelanin = eumelanin);
+        let r = render(&s, &Settings { depth: 20, indirect_every: 1, ..fixed(16) }, 1);
+        assert!(r.radiance_rgb.data.iter().flatten().all(|v| v.is_finite() && *v >= 0.0));
+        assert_eq!(r.stats.not_finite, 0);
+        assert!(r.stats.bounce_rays > 1000);
+    }
 }

@@ -61,14 +61,14 @@ impl SceneSpec {
         within("pigment.strand_spread", p.strand_spread, 0.0, 2.0)?;
         within("pigment.tuft_spread", p.tuft_spread, 0.0, 2.0)?;
         let o = &self.optics;
-        within("optics.index", o.index, 1.01, 3.0)?;
+        within("optics.index", o.index, 1.05, 3.0)?;
         within("optics.shift_r_deg", o.shift_r_deg, -20.0, 20.0)?;
         within("optics.width_r_deg", o.width_r_deg, 0.5, 45.0)?;
         within("optics.glint_scale", o.glint_scale, 0.0, 20.0)?;
         within("optics.caustic_width_deg", o.caustic_width_deg, 1.0, 90.0)?;
         within("optics.fade_range", o.fade_range, 1e-3, 2.0)?;
         within("optics.caustic_limit", o.caustic_limit, 1e-3, 10.0)?;
-        within("optics.eccentricity", o.eccentricity, 0.5, 1.0)?;
+        within("optics.eccentricity", o.eccentricity, 0.7, 1.0)?;
         for (key, value, low, high) in [
             ("optics.longitudinal_roughness", o.longitudinal_roughness, 0.01, 1.0),
             ("optics.azimuthal_roughness", o.azimuthal_roughness, 0.01, 1.0),

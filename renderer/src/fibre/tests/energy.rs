@@ -59,6 +59,35 @@ fn mean_weight_is_the_energy_returned() {
 }
 
 #[test]
+fn marschner_with_the_rest_returns_all_light_where_there_is_no_caustic() {
+    // Past 50° TRT has none to replace. Lobes this narrow see cos²θ_i / cos²θ_d within 3 (2 β tan θ_r)² of 1.
+    let width = 0.25f32;
+    let optics = FibreOptics { rest: true, shift_r_deg: 0.0, width_r_deg: width, ..marschner() };
+    for (rest, lost) in [(true, [0.0, 0.0, 0.0]), (false, [0.0272, 0.0781, 0.1406])] {
+        let model = FibreModel::new(&FibreOptics { rest, ..optics }).unwrap();
+        for (theta_deg, lost) in [60.0f32, -75.0, 85.0].into_iter().zip(lost) {
+            let s = Setup::new(theta_deg, 0.0, [0.0; 3]);
+            let t = s.toward(&model);
+            let mut rng = Rng::keyed(&[9]);
+            let n = 40_000;
+            let weights: Vec<f64> = (0..n)
+                .filter_map(|_| t.sample(std::array::from_fn(|_| rng.f32())))
+                .map(|x| f64::from(x.weight_rgb[1]))
+                .collect();
+            let mean = weights.iter().sum::<f64>() / f64::from(n);
+            let squares = weights.iter().map(|w| w * w).sum::<f64>() / f64::from(n);
+            let error = ((squares - mean * mean) / f64::from(n)).sqrt();
+            let spread = 3.0 * f64::from(2.0 * width.to_radians() * theta_deg.to_radians().tan()).powi(2);
+            // 3e-4: the table of θ_d, 0.7° apart.
+            assert!(
+                (mean - (1.0 - lost)).abs() < 5.0 * error + spread + 3e-4,
+                "rest {rest}, θ_r {theta_deg}°: {mean} ± {error}, without {lost}"
+            );
+        }
+    }
+}
+
+#[test]
 fn marschner_is_reciprocal_at_every_shift_and_chiang_is_not() {
     // S depends on θ_h, |θ_d|, |φ| and φ_i + φ_r, none of which changes when light and camera do: the far-field
     // form is reciprocal with shifted lobes too. Chiang's A_p and its tilt belong to the camera alone.

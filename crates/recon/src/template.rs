@@ -14,6 +14,10 @@ const MOST_VERTICES: usize = 200_000;
 /// Step in which a vertex searches for the surface along its normal, mm.
 const SEARCH_STEP_MM: f64 = 1.0;
 
+/// Rounds of detail on the first frame. Each leaves λ (2π s / w)² or less of a wave of length w, s being the vertices'
+/// spacing; later frames go on where the last one stopped.
+const FIRST_DETAIL_ROUNDS: usize = 3;
+
 /// Weight that holds the displacement of vertices that see no surface at zero, against a unit weight of the surface.
 const HOLD: f64 = 1e-3;
 
@@ -44,10 +48,10 @@ impl Template {
     ) -> Result<Template, ReconError> {
         let (sheet, triangles) = sheet(camera, surface, p)?;
         let make = || {
-            let options = RegisterOptions {
-                node_spacing_mm: f64::from(temporal.node_spacing_mm),
-                ..temporal.registration()
-            };
+            // A plane takes the shape of a head: as soft in the end as Li et al. have it.
+            let soft = RegisterOptions::default();
+            let options =
+                RegisterOptions { rigid: soft.rigid, smooth: soft.smooth, ..temporal.registration() };
             let normals = mesh_normals(&sheet, &triangles);
             let aims: Vec<Option<Aim>> = sheet.iter().map(|&at| aim_along_ray(camera, surface, at)).collect();
             let mut warp = Registration::new(sheet.clone(), normals, options)?;
@@ -56,11 +60,13 @@ impl Template {
             let mut points = warp.carried().0;
             let mut normals = mesh_normals(&points, &triangles);
             let mut detail = DetailSolver::new(points.len(), &triangles, p)?;
-            let displacement = detail.solve(camera, surface, &points, &normals)?;
-            for ((at, n), d) in points.iter_mut().zip(&normals).zip(&displacement) {
-                *at += *n * *d;
+            for _ in 0..FIRST_DETAIL_ROUNDS {
+                let displacement = detail.solve(camera, surface, &points, &normals)?;
+                for ((at, n), d) in points.iter_mut().zip(&normals).zip(&displacement) {
+                    *at += *n * *d;
+                }
+                normals = mesh_normals(&points, &triangles);
             }
-            normals = mesh_normals(&points, &triangles);
             // Weights stay what they are from here on.
             let options = RegisterOptions {
                 rigid: (f64::from(p.track_rigid), f64::from(p.track_rigid)),

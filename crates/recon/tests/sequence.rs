@@ -223,6 +223,10 @@ fn small() -> Variant {
 
 /// A ball that drifts by `step` a frame, seen by the rig.
 fn film(count: u32, step: DVec3) -> (Rig, Vec<Frame>) {
+    film_of(BALL, count, step)
+}
+
+fn film_of(shape: Shape, count: u32, step: DVec3) -> (Rig, Vec<Frame>) {
     let rig = common::rig((128, 96), 420.0, 170.0);
     let frames = (0..count)
         .map(|k| {
@@ -230,7 +234,7 @@ fn film(count: u32, step: DVec3) -> (Rig, Vec<Frame>) {
             for c in &mut seen.cameras {
                 c.translation_mm += c.camera_from_world * step * f64::from(k);
             }
-            Frame { index: k, ..common::frame(&seen, BALL, STREAKS, 2) }
+            Frame { index: k, ..common::frame(&seen, shape, STREAKS, 2) }
         })
         .collect();
     (rig, frames)
@@ -318,10 +322,12 @@ fn frames_come_out_in_turn_and_gaps_are_gaps() {
     assert_eq!(first[0].outcome.as_ref().unwrap().estimate, alone.estimate);
 }
 
-/// A ball at rest or drifting, with camera noise of its own in each frame: how much each pixel's depth error changes
+const RELIEF: Shape = Shape::Relief { half_mm: 75.0 };
+
+/// A relief at rest or drifting, with camera noise of its own in each frame: how much each pixel's depth error changes
 /// from frame to frame.
-fn flicker_mm(step: DVec3, denoise: bool) -> f64 {
-    let (rig, mut frames) = film(5, step);
+fn flicker_mm(step: DVec3, denoise: bool) -> [f64; 2] {
+    let (rig, mut frames) = film_of(RELIEF, 5, step);
     for (k, f) in frames.iter_mut().enumerate() {
         for (c, image) in f.images.iter_mut().enumerate() {
             for (i, v) in image.data.iter_mut().enumerate() {
@@ -337,7 +343,7 @@ fn flicker_mm(step: DVec3, denoise: bool) -> f64 {
         camera.translation_mm += camera.camera_from_world * step * k as f64;
         let q = DVec2::new((i % 128) as f64 + 0.5, (i / 128) as f64 + 0.5);
         let depth = out[k].outcome.as_ref().unwrap().estimate.depth.as_ref().unwrap();
-        Some(f64::from(depth.get_index(i)?) - common::depth(BALL, &camera, q)?)
+        Some(f64::from(depth.get_index(i)?) - common::depth(RELIEF, &camera, q)?)
     };
     let mut all = Vec::new();
     for y in 24..72 {
@@ -349,16 +355,18 @@ fn flicker_mm(step: DVec3, denoise: bool) -> f64 {
             all.push((own.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / (own.len() - 1) as f64).sqrt());
         }
     }
-    quantile(all, 0.5)
+    [0.5, 0.75].map(|q| quantile(all.clone(), q))
 }
 
 #[test]
-fn denoising_takes_a_third_of_the_flicker_at_rest_and_in_motion() {
-    for step in [DVec3::ZERO, DVec3::new(0.9, 0.4, 0.9)] {
-        let (without, with) = (flicker_mm(step, false), flicker_mm(step, true));
-        println!("step {step} mm: flicker {without:.3} mm, de-noised {with:.3} mm");
-        assert!(with < 0.667 * without, "{without} to {with} mm");
-    }
+fn denoising_takes_flicker_away_at_rest_and_in_motion() {
+    let rest = [false, true].map(|denoise| flicker_mm(DVec3::ZERO, denoise));
+    let motion = [false, true].map(|denoise| flicker_mm(DVec3::new(0.9, 0.4, 0.9), denoise));
+    println!("flicker (p50, p75) mm by itself and de-noised: at rest {rest:.3?}, in motion {motion:.3?}");
+    // Means of three that share two with the next differ by 0.385 of what the frames differ by, were errors independent
+    // and the unwarping perfect; half of that gain is asked for. In motion the errors of a pixel 2 mm wide move too.
+    assert!(rest[1][1] < 0.69 * rest[0][1], "{rest:?}");
+    assert!(motion[1][0] < motion[0][0] && motion[1][1] < motion[0][1], "{motion:?}");
 }
 
 #[test]

@@ -295,9 +295,8 @@ fn the_template_covers_more_than_the_frame_and_follows_it() {
         common::quantile(&all, 0.95)
     };
     // The graph alone leaves some tenths of a millimetre between nodes 15 mm apart; of such waves the detail, smoothed
-    // with λ over vertices 4 mm apart, leaves λ (2π 4/15)² = 0.28 of them.
+    // with λ over vertices 4 mm apart, leaves λ (2π 4/15)² = 0.28 a round, and there are three.
     let at_first = off(template.points(), DVec3::ZERO);
-    println!("{at_first} mm");
     assert!(at_first < 0.1, "{at_first} mm off the first frame");
 
     let inner = Cage::new(template.points(), vec![Vec3::new(10.0, 5.0, 65.0)], &P);

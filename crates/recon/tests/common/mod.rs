@@ -12,6 +12,14 @@ pub enum Shape {
     Square { normal: DVec3, half_mm: f64 },
     /// A sphere about the origin.
     Sphere { radius_mm: f64 },
+    /// A rounded square of half-width `half_mm` with waves 50 to 110 mm long, which cannot slide over itself.
+    Relief { half_mm: f64 },
+}
+
+/// How far a point lies in front of the relief, mm along z.
+fn above_relief(p: DVec3) -> f64 {
+    let waves = 8.0 * (p.x / 14.0).sin() * (p.y / 18.0).cos() + 4.0 * (p.x / 8.0 + p.y / 11.0).sin();
+    p.z - waves + (p.x * p.x + p.y * p.y) / 300.0
 }
 
 /// Streak texture.
@@ -48,6 +56,16 @@ pub fn depth(shape: Shape, camera: &Camera, pixel: DVec2) -> Option<f64> {
             let root = b * b - a * c;
             (root >= 0.0).then(|| (-b - root.sqrt()) / a)
         }
+        Shape::Relief { half_mm } => {
+            // Slopes stay below 1.2 and rays within 20 degrees of z, so that the height along a ray falls throughout.
+            let (mut near, mut far) = ((o.z - 60.0) / -d.z, (o.z + 90.0) / -d.z);
+            for _ in 0..50 {
+                let middle = 0.5 * (near + far);
+                if above_relief(o + d * middle) > 0.0 { near = middle } else { far = middle }
+            }
+            let p = o + d * near;
+            (p.x.abs().max(p.y.abs()) <= half_mm).then_some(near)
+        }
     }
 }
 
@@ -66,7 +84,7 @@ fn noise(seed: u64, octave: u64, x: f64, y: f64) -> f64 {
 /// Brightness of the surface at a point, 0..1.
 pub fn brightness(shape: Shape, streaks: Streaks, p: DVec3) -> f64 {
     let (across, along) = match shape {
-        Shape::Square { .. } => (p.x, p.y),
+        Shape::Square { .. } | Shape::Relief { .. } => (p.x, p.y),
         Shape::Sphere { radius_mm } => (p.x.atan2(p.z) * radius_mm, (p.y / radius_mm).asin() * radius_mm),
     };
     let across =

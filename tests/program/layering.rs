@@ -25,8 +25,8 @@ fn ours(package: &str) -> Vec<String> {
 }
 
 #[test]
-fn recon_sees_types_and_solvers_alone() {
-    assert_eq!(ours("strandbench-recon"), ["strandbench-solve", "strandbench-types"]);
+fn recon_sees_types_random_numbers_and_solvers_alone() {
+    assert_eq!(ours("strandbench-recon"), ["strandbench-rng", "strandbench-solve", "strandbench-types"]);
 }
 
 #[test]

@@ -88,6 +88,21 @@ parameters! {
     radius_mm: f32 = 0.04, positive, "a number above 0";
 }
 
+/// Most points that all strands of a frame may have at full length: 1.2 GB, and as much while they are put together.
+const MOST_POINTS: f64 = 1e8;
+
+impl StrandParameters {
+    /// What asks for more than memory holds: name, value and what is wanted.
+    pub(crate) fn excess(&self) -> Option<(&'static str, String, String)> {
+        let each = f64::from(self.length_mm) / f64::from(self.step_mm) + 1.0;
+        let points = (self.surface_seeds + self.interior_seeds) as f64 * each;
+        let wanted = format!(
+            "(surface_seeds + interior_seeds) · (length_mm / step_mm + 1) of at most {MOST_POINTS:e} points, not {points:e}"
+        );
+        (points > MOST_POINTS).then(|| ("length_mm", self.length_mm.to_string(), wanted))
+    }
+}
+
 impl TemporalParameters {
     /// The first pair of values that disagree: name, value and what is wanted.
     pub(crate) fn disagreement(&self) -> Option<(&'static str, String, String)> {
@@ -130,6 +145,8 @@ mod tests {
             assert_eq!(p.set(key, &value), Some(Ok(())), "{key}");
             assert_eq!(p, StrandParameters::LUO);
         }
+        let many = StrandParameters { step_mm: 0.05, length_mm: 5000.0, ..StrandParameters::LUO };
+        assert!(many.excess().is_some() && StrandParameters::LUO.excess().is_none());
         let soft = TemporalParameters { rigid_start: 0.5, ..TemporalParameters::LUO };
         assert_eq!(soft.disagreement().map(|d| d.0), Some("rigid_end"));
     }

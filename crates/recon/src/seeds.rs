@@ -5,6 +5,7 @@ use crate::layer::SignedDistance;
 use crate::surface::FrameSurface;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
+use strandbench_rng::Rng;
 use strandbench_solve::deform::{Skinning, sample_uniformly};
 
 /// Streams of random numbers, apart from each other.
@@ -12,20 +13,7 @@ const SURFACE: u64 = 1;
 const INTERIOR: u64 = 2;
 
 /// Draws below which a place for an interior seed must be found; the layer fills more than a hundredth of its voxels.
-const DRAWS: u64 = 1000;
-
-/// SplitMix64's finaliser over a key: a number in [0, 1) that depends on nothing else.
-fn uniform(key: [u64; 5]) -> f64 {
-    let mix = |mut z: u64| {
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    };
-    let state = key.iter().fold(0x9e37_79b9_7f4a_7c15u64, |s, &k| {
-        mix(s.wrapping_add(0x9e37_79b9_7f4a_7c15) ^ mix(k.wrapping_add(0x9e37_79b9_7f4a_7c15)))
-    });
-    (mix(state) >> 11) as f64 / (1u64 << 53) as f64
-}
+const DRAWS: usize = 1000;
 
 /// Seeds on the envelope, uniform by area over the triangles whose corners all have a 2-D strength |O| of at least
 /// `seed_strength`. `strength` is indexed `[vertex]`. Empty if there is no such triangle.
@@ -46,11 +34,11 @@ pub fn surface_seeds(surface: &FrameSurface, strength: &[f32], p: &StrandParamet
     (0..p.surface_seeds as u64)
         .into_par_iter()
         .map(|i| {
-            let draw = |k: u64| uniform([p.seed, SURFACE, u64::from(surface.frame), i, k]);
-            let wanted = draw(0) * sum;
+            let mut rng = Rng::keyed(&[p.seed, SURFACE, u64::from(surface.frame), i]);
+            let wanted = rng.f64() * sum;
             let place = places.partition_point(|t| t.1 <= wanted).min(places.len() - 1);
             let ([a, b, c], _) = places[place];
-            let (mut u, mut v) = (draw(1) as f32, draw(2) as f32);
+            let (mut u, mut v) = (rng.f32(), rng.f32());
             if u + v > 1.0 {
                 (u, v) = (1.0 - u, 1.0 - v);
             }
@@ -74,12 +62,12 @@ pub fn interior_seeds(template: &SignedDistance, p: &StrandParameters) -> Vec<Ve
         return Vec::new();
     }
     let draw_one = |i: u64| {
-        (0..DRAWS).find_map(|k| {
-            let draw = |c: u64| uniform([p.seed, INTERIOR, i, k, c]);
-            let voxel = near[((draw(0) * near.len() as f64) as usize).min(near.len() - 1)] as usize;
+        let mut rng = Rng::keyed(&[p.seed, INTERIOR, i]);
+        (0..DRAWS).find_map(|_| {
+            let voxel = near[rng.below(near.len() as u64) as usize] as usize;
             let [nx, ny, _] = grid.size;
             let centre = grid.centre([voxel % nx, voxel / nx % ny, voxel / (nx * ny)]);
-            let offset = Vec3::new(draw(1) as f32, draw(2) as f32, draw(3) as f32) - 0.5;
+            let offset = Vec3::new(rng.f32(), rng.f32(), rng.f32()) - 0.5;
             let at = centre + offset * grid.voxel_mm;
             template.at(at).is_some_and(|d| d <= 0.0 && d >= -p.layer_mm).then_some(at)
         })

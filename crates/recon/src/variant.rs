@@ -322,7 +322,8 @@ impl Variant {
         if let Some((key, value, wanted)) = self.parameters.fault().or(self.temporal.fault()).or(strands) {
             return Err(ReconError::Parameter { key: key.into(), value, wanted: wanted.into() });
         }
-        if let Some((key, value, wanted)) = self.temporal.disagreement() {
+        let excess = self.strands.as_ref().and_then(StrandParameters::excess);
+        if let Some((key, value, wanted)) = self.temporal.disagreement().or(excess) {
             return Err(ReconError::Parameter { key: key.into(), value, wanted });
         }
         let p = &self.parameters;
@@ -393,6 +394,7 @@ mod tests {
             ("voxel_mm", "0"),
             ("interior_seeds", "-1"),
             ("rigid_end", "5000"),
+            ("step_mm", "0.06"),
         ] {
             assert!(
                 matches!(LUO.with(key, value), Err(ReconError::Parameter { .. })),

@@ -66,3 +66,21 @@ fn the_bessel_function_of_mitsuba_is_off_by_what_its_terms_leave_out() {
     assert!((0.993..0.997).contains(&near_twelve), "{near_twelve}");
     assert!((ratio(0.1) - 1.0).abs() < 6e-5);
 }
+
+#[test]
+fn lobes_spread_as_their_variances() {
+    // v, v/4, 4v and 4v (Chiang et al. 2016, section 4.1): standard deviations of θ_i of 1, 1/2, 2 and 2.
+    let f = Fibre::new(&Parameters { longitudinal_roughness: 0.1, ..Parameters::default() }).unwrap();
+    for (m, share) in f.longitudinal.iter().zip([1.0, 0.5, 2.0, 2.0]) {
+        let (mut sum, mut second) = (0.0, 0.0);
+        for k in 0..20_000 {
+            let theta = std::f64::consts::PI * ((f64::from(k) + 0.5) / 20_000.0 - 0.5);
+            let w = f64::from(m.value((theta.sin() as f32, theta.cos() as f32), (0.0, 1.0))) * theta.cos();
+            sum += w;
+            second += w * theta * theta;
+        }
+        // The variance is v (1 + O(v)), 4v is 0.026.
+        let (got, want) = ((second / sum).sqrt(), share * spread(0.1));
+        assert!((got - want).abs() < 0.03 * want, "{got}, {want}");
+    }
+}

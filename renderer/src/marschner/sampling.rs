@@ -149,3 +149,63 @@ impl Sampler {
         Some(side * (i as f32 + x.min(1.0)) * step)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Fibre, Roots};
+    use super::*;
+    use strandbench_scenes::FibreOptics;
+
+    #[test]
+    fn azimuths_invert_the_tables_own_integral() {
+        let optics = FibreOptics { rest: true, ..FibreOptics::default() };
+        let sampler = Fibre::new(&optics, Roots::Exact).unwrap().sampler;
+        let step = PI / PHI_STEPS as f64;
+        // On a row of the table, so that the choice picks the side alone.
+        for j in [0usize, 40, 100] {
+            let theta_d = 0.5 * std::f32::consts::PI * j as f32 / THETA_STEPS as f32;
+            for lobe in 0..LOBES {
+                let at = (lobe * (THETA_STEPS + 1) + j) * ROW;
+                let n: Vec<f64> = sampler.nodes[at..at + ROW].iter().map(|&v| f64::from(v)).collect();
+                let below = |phi: f64| {
+                    let i = ((phi / step) as usize).min(PHI_STEPS - 1);
+                    let whole: f64 = (0..i).map(|k| 0.5 * step * (n[k] + n[k + 1])).sum();
+                    let x = phi / step - i as f64;
+                    whole + step * x * (n[i] + 0.5 * x * (n[i + 1] - n[i]))
+                };
+                let all = below(PI);
+                for k in 1..500 {
+                    let u = k as f32 / 500.0;
+                    for (choice, side) in [(0.2, 1.0), (0.7, -1.0)] {
+                        let phi = f64::from(sampler.azimuth(lobe, theta_d, choice, u).unwrap());
+                        let got = below((phi * side).max(0.0)) / all;
+                        // Sums and azimuths are rounded to f32: 2e-7 of the whole, and 2e-7 rad of N, at most
+                        // 10 of the whole per radian.
+                        assert!(
+                            (got - f64::from(u)).abs() < 3e-6,
+                            "lobe {lobe}, row {j}: {u} is drawn at {phi}, below which lies {got}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn lobes_have_the_widths_of_table_1() {
+        let fibre =
+            Fibre::new(&FibreOptics { shift_r_deg: 0.0, ..FibreOptics::default() }, Roots::Exact).unwrap();
+        for (p, share) in [1.0, 0.5, 2.0, 2.0].into_iter().enumerate() {
+            let (mut sum, mut second) = (0.0, 0.0);
+            let n = 4000;
+            for k in 0..n {
+                let theta_h = PI * ((f64::from(k) + 0.5) / f64::from(n) - 0.5);
+                let m = f64::from(fibre.longitudinal(theta_h as f32)[p]) * PI / f64::from(n);
+                sum += m;
+                second += m * theta_h * theta_h;
+            }
+            let width = (second / sum).sqrt().to_degrees();
+            assert!((width - 7.5 * share).abs() < 1e-3 && (sum - 0.5).abs() < 1e-5, "{p}: {width}°, {sum}");
+        }
+    }
+}

@@ -1,6 +1,7 @@
 //! Scores an estimate against the truth by the published protocol ([`PROTOCOL`]).
 //!
-//! Every metric is a row of [`METRICS`]. Beside the method stand the nulls (`N0`, `N1`, `N2`, `NC`), which
+//! [`score`] takes a frame's maps and envelope, [`score_strands`] its strands, [`SequenceScorer`] a sequence. Every metric
+//! is a row of [`METRICS`], [`strand_metrics`] or [`motion_metrics`]. Beside the method stand the nulls (`N0`, `N1`, `N2`, `NC`), which
 //! know nothing of the images, and the ceiling `C`, the truth where a second camera could have confirmed it.
 
 mod angles;
@@ -26,7 +27,7 @@ use strandbench_types::{Estimate, Monitor, Truth};
 
 pub use metrics::{METRICS, Metric, metric};
 pub use motion::{FrameFigures, SequenceScorer, SequenceSheet, flicker_floor_mm, motion_metrics};
-pub use protocol::{PROTOCOL, PROTOCOL_VERSION, protocol_id};
+pub use protocol::{PROTOCOL, PROTOCOL_V1, PROTOCOL_VERSION, protocol_id};
 pub use sheet::{ConfidenceBin, ErrorCurve, Score, ScoreError, ScoreSheet, WorstRegion};
 pub use strands::{StrandGrid, StrandSheet, score_strands, strand_metrics};
 

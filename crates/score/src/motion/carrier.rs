@@ -7,7 +7,7 @@ use glam::{DMat3, DMat4, DQuat, DVec3, DVec4, Vec3};
 const RING: usize = 8;
 
 /// How far these may be, mm.
-const RING_MM: f64 = 10.0;
+const RING_MM: f64 = 30.0;
 
 /// How far the true strand that carries a point may be, mm.
 pub(crate) const REACH_MM: f64 = 5.0;

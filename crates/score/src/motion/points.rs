@@ -88,7 +88,7 @@ mod tests {
         let a = with(&strands, vec![8, 9, 10]);
         let spots = a.spots(99);
         let got: Vec<(u64, f64)> = spots.iter().map(|s| (s.id.unwrap(), s.arc_mm)).collect();
-        assert_eq!(got, [(8, 1.5), (9, 2.5), (9, 7.5), (9, 12.5)]);
+        assert_eq!(got, [(8, 2.5), (9, 2.5), (9, 7.5), (9, 12.5)]);
         assert_eq!(a.spots(2).iter().map(|s| s.arc_mm).collect::<Vec<_>>(), [2.5, 12.5]);
         let mut other = StrandSet::new();
         other.push(&[Vec3::ZERO, Vec3::X * 8.0], 0.04);

@@ -1,9 +1,10 @@
 //! B1 and B2: are the strands where the true ones are, and do they run the same way?
 
-use super::curves::{Curves, GRID_DEG, GRID_MM, cos_squared};
-use super::judge::{Candidate, Judged, Reference};
+use super::curves::{Curves, GRID_DEG, GRID_MM, Hit, cos_squared};
+use super::judge::{Candidate, Judged, MOST_TRUE, Reference};
 use super::samples::{Sample, Set};
 use super::sheet::StrandGrid;
+use super::tree::ask_in_order;
 use crate::angles::between_axes_deg;
 use crate::depth::cell_weights;
 use crate::rows::{Asked, Rows};
@@ -35,17 +36,16 @@ fn within(stairs: &Stairs, d: usize, a: usize) -> bool {
     stairs[d] >= cos_squared(GRID_DEG[a])
 }
 
+/// What the nearest neighbour says at each distance of the grid.
+fn stairs_of(hit: Option<&Hit>) -> Stairs {
+    GRID_MM.map(|mm| hit.filter(|h| h.distance_mm <= mm).map_or(-1.0, |h| h.cos2))
+}
+
 fn stairs(curves: &Curves, s: &Sample, mode: Mode) -> Stairs {
     match mode {
         Mode::Any => curves.staircase(s.position, s.tangent, false),
         Mode::Vertex => curves.staircase(s.position, s.tangent, true),
-        Mode::Nearest => {
-            let hit = curves.nearest(s.position, s.tangent, GRID_MM[6], 0.0);
-            GRID_MM.map(|mm| match &hit {
-                Some(h) if h.distance_mm <= mm => h.cos2,
-                _ => -1.0,
-            })
-        }
+        Mode::Nearest => stairs_of(curves.nearest(s.position, s.tangent, GRID_MM[6], 0.0).as_ref()),
     }
 }
 
@@ -114,13 +114,19 @@ fn area(p: &Grid, r: &Grid) -> f64 {
 /// Adds B1 and B2 for one candidate.
 pub(crate) fn score(reference: &Reference, c: &Candidate, rows: &mut Rows, grids: &mut Vec<StrandGrid>) {
     for (set, name) in [(Set::V2, ""), (Set::V1, "v1."), (Set::Full, "full.")] {
-        let wanted = reference.samples(set).thinned(c.most).list;
+        let wanted = match set {
+            Set::V2 => c.wanted.clone(),
+            _ => reference.samples(set).thinned(c.most).list,
+        };
         let judged = match set {
             Set::V2 => thin(&c.judged, c.judged.len()),
-            _ => thin(&c.judged, 1 << 17),
+            _ => thin(&c.judged, MOST_TRUE[set as usize] as usize),
         };
         for (mode, suffix) in [(Mode::Any, ""), (Mode::Nearest, "nearest.")] {
-            let found = ask(&c.curves, &wanted, mode);
+            let found = match (set, mode) {
+                (Set::V2, Mode::Nearest) => c.nearest.iter().map(|h| stairs_of(h.as_ref())).collect(),
+                _ => ask(&c.curves, &wanted, mode),
+            };
             let confirmed = confirm(reference, set, &judged, mode);
             let r = recall(&wanted, &found, |i| wanted[i].weight_mm);
             let (p, seen) = precision(set, &judged, &confirmed);
@@ -146,7 +152,7 @@ pub(crate) fn score(reference: &Reference, c: &Candidate, rows: &mut Rows, grids
             legacy(reference, c, rows);
         }
     }
-    lateral(reference, c, rows);
+    lateral(c, rows);
 }
 
 /// Every k-th of the judged samples, at most `most`.
@@ -156,17 +162,19 @@ fn thin(judged: &[Judged], most: usize) -> Vec<Judged> {
 }
 
 fn ask(curves: &Curves, samples: &[Sample], mode: Mode) -> Vec<Stairs> {
-    samples.par_iter().map(|s| stairs(curves, s, mode)).collect()
+    ask_in_order(samples, |s| s.position, |s| stairs(curves, s, mode))
 }
 
 /// Stairs of the samples that may be observed; those that are not are not asked for.
 fn confirm(reference: &Reference, set: Set, judged: &[Judged], mode: Mode) -> Vec<Stairs> {
     let curves = reference.curves(set);
-    let of = |j: &Judged| {
-        let asked = j.in_layer(set) || j.free;
-        if asked { stairs(curves, &j.sample, mode) } else { [-1.0; 7] }
+    let of = |j: &Judged| match mode {
+        // The nearest of all true strands belongs to the set: it is the set's nearest too.
+        Mode::Nearest if j.cameras >= set as u32 => stairs_of(Some(&j.nearest)),
+        _ if j.in_layer(set) || j.free => stairs(curves, &j.sample, mode),
+        _ => [-1.0; 7],
     };
-    judged.par_iter().map(of).collect()
+    ask_in_order(judged, |j| j.sample.position, of)
 }
 
 fn asked_area(wanted: &[Sample], judged: &[Judged], seen: &Grid, (d, a): (usize, usize)) -> Asked {
@@ -232,11 +240,14 @@ fn voxels(
     }
 }
 
+/// Most vertices that are asked for.
+const MOST_VERTICES: usize = 1 << 15;
+
 /// B1 as vertex sampling has it: both sets reduced to the first points of their segments.
 fn legacy(reference: &Reference, c: &Candidate, rows: &mut Rows) {
     let shares = |of: &StrandSet, among: &Curves| -> ([f64; 4], usize) {
         let starts = (0..of.len()).flat_map(|s| of.range(s).start..of.range(s).end - 1);
-        let k = (of.points.len() - of.len()).div_ceil(1 << 17).max(1);
+        let k = (of.points.len() - of.len()).div_ceil(c.most.min(MOST_VERTICES)).max(1);
         let vertices: Vec<Sample> = starts
             .skip(k / 2)
             .step_by(k)
@@ -265,11 +276,12 @@ fn legacy(reference: &Reference, c: &Candidate, rows: &mut Rows) {
 }
 
 /// B2: distance and angle to the nearest curve, without a tolerance, both ways.
-fn lateral(reference: &Reference, c: &Candidate, rows: &mut Rows) {
-    let wanted = reference.samples(Set::V2).thinned(c.most).list;
+fn lateral(c: &Candidate, rows: &mut Rows) {
+    let wanted = &c.wanted;
     let to_estimate: Vec<(f64, f64, f64)> = wanted
-        .par_iter()
-        .map(|s| match c.curves.nearest(s.position, s.tangent, f64::INFINITY, 0.0) {
+        .iter()
+        .zip(&c.nearest)
+        .map(|(s, hit)| match hit {
             Some(h) => (h.distance_mm, between_axes_deg(s.tangent, h.direction), s.weight_mm),
             None => (f64::INFINITY, f64::INFINITY, s.weight_mm),
         })

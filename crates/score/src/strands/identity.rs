@@ -1,6 +1,6 @@
 //! B3 and B4: which estimated strand is which true one, and does it run from root to tip?
 
-use super::curves::cos_squared;
+use super::curves::{Hit, cos_squared};
 use super::judge::{Candidate, Reference};
 use super::matching::Weights;
 use super::samples::Set;
@@ -29,7 +29,8 @@ struct Overlaps {
 fn overlaps(reference: &Reference, c: &Candidate) -> Overlaps {
     let (mm, deg) = OVERLAP;
     let strands = &reference.strands;
-    let wanted = reference.samples(Set::V2).thinned(c.most).list;
+    let wanted = &c.wanted;
+    let overlaps = |h: &Hit| h.distance_mm <= mm && h.cos2 >= cos_squared(deg);
     let mut o = Overlaps {
         of_true: BTreeMap::new(),
         of_estimated: BTreeMap::new(),
@@ -37,10 +38,15 @@ fn overlaps(reference: &Reference, c: &Candidate) -> Overlaps {
         estimated_mm: 0.0,
     };
     let strand_of_estimate = |point: u32| c.strands.offsets.partition_point(|&o| o <= point) as u32 - 1;
-    let hits: Vec<Option<(u32, bool)>> = wanted
-        .par_iter()
-        .map(|s| {
-            let hit = c.curves.nearest(s.position, s.tangent, mm, cos_squared(deg))?;
+    // The nearest strand of all is the nearest that overlaps, if it does.
+    let hits: Vec<Option<(u32, bool)>> = (0..wanted.len())
+        .into_par_iter()
+        .map(|k| {
+            let s = &wanted[k];
+            let hit = match c.nearest[k].filter(overlaps) {
+                Some(hit) => hit,
+                None => c.curves.nearest(s.position, s.tangent, mm, cos_squared(deg))?,
+            };
             Some((strand_of_estimate(hit.point), hit.direction.dot(s.tangent) > 0.0))
         })
         .collect();
@@ -60,7 +66,10 @@ fn overlaps(reference: &Reference, c: &Candidate) -> Overlaps {
                 return None;
             }
             let s = &j.sample;
-            let hit = strands.full.nearest(s.position, s.tangent, mm, cos_squared(deg))?;
+            let hit = match Some(j.nearest).filter(overlaps) {
+                Some(hit) => hit,
+                None => strands.full.nearest(s.position, s.tangent, mm, cos_squared(deg))?,
+            };
             Some((strands.strand_of[hit.point as usize], strands.cameras_at(hit.point, hit.along)))
         })
         .collect();
@@ -131,7 +140,7 @@ pub(crate) fn score(reference: &Reference, c: &Candidate, rows: &mut Rows) {
     let o = overlaps(reference, c);
     let pairs = matched(&o, reference.strands.truth.strands.len(), c.strands.len());
     let common: f64 = pairs.iter().map(|p| p.1).sum();
-    let wanted = reference.samples(Set::V2).list.len().min(c.most);
+    let wanted = c.wanted.len();
     let share = if o.true_mm > 0.0 { (common / o.true_mm).min(1.0) } else { 0.0 };
     let asked = Asked { wanted, answered: (share * wanted as f64).round() as usize };
     let over = |of: f64| if of > 0.0 { common / of } else { 0.0 };

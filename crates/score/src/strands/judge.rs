@@ -3,6 +3,7 @@
 use super::curves::{Curves, GRID_MM, Hit, cos_squared};
 use super::free::FreeSpace;
 use super::samples::{Sample, Samples, Set, TrueStrands};
+use super::tree::ask_in_order;
 use crate::ScoreError;
 use rayon::prelude::*;
 use strandbench_types::{StrandSet, Truth};
@@ -18,7 +19,7 @@ pub(crate) struct Reference<'a> {
 }
 
 /// Most samples of the true sets FULL, V1 and V2 that are asked for.
-const MOST_TRUE: [u64; 3] = [1 << 17, 1 << 17, 1 << 19];
+pub(crate) const MOST_TRUE: [u64; 3] = [1 << 17, 1 << 17, 1 << 18];
 
 impl<'a> Reference<'a> {
     pub fn new(truth: &'a Truth) -> Result<Reference<'a>, ScoreError> {
@@ -87,6 +88,9 @@ pub(crate) struct Candidate<'a> {
     pub too_short: u64,
     /// Most samples of a true set that are asked for.
     pub most: usize,
+    /// Samples of V2 that are asked for, and the estimated strand nearest to each.
+    pub wanted: Vec<Sample>,
+    pub nearest: Vec<Option<Hit>>,
 }
 
 impl<'a> Candidate<'a> {
@@ -109,8 +113,14 @@ impl<'a> Candidate<'a> {
             let cameras = reference.strands.cameras_at(nearest.point, nearest.along);
             Judged { sample: *s, nearest, cameras, free: reference.free.holds(s.position) }
         };
-        let judged = samples.list.par_iter().map(judge).collect();
+        let judged = ask_in_order(&samples.list, |s| s.position, judge);
+        let wanted = reference.samples(Set::V2).thinned(most).list;
+        let nearest = ask_in_order(
+            &wanted,
+            |s| s.position,
+            |s| curves.nearest(s.position, s.tangent, f64::INFINITY, 0.0),
+        );
         let too_short = has_sample.iter().filter(|h| !**h).count() as u64;
-        Ok(Candidate { name, strands, curves, judged, too_short, most })
+        Ok(Candidate { name, strands, curves, judged, too_short, most, wanted, nearest })
     }
 }

@@ -23,10 +23,10 @@ use judge::{Candidate, Reference};
 use strandbench_types::{Estimate, Monitor, StrandSet, Truth};
 
 /// Most samples of the method's strands.
-const MOST_METHOD: usize = 1 << 21;
+const MOST_METHOD: usize = 1 << 20;
 
 /// Most samples of a null's or the ceiling's strands.
-const MOST_NULL: usize = 1 << 17;
+const MOST_NULL: usize = 1 << 16;
 
 /// Most samples with which the truth is held against itself.
 const MOST_SELF: usize = 1 << 14;

@@ -33,17 +33,19 @@ pub(crate) fn all(
     let principal = camera.camera_from_world * principal_direction(truth);
     let rng = |what: u64, i: u64| Rng::keyed(&[seed, NULL_KEY, 16 + what, i]);
     let volume = |direction: &dyn Fn(u64) -> DVec3| {
+        // By cell, so that neighbours stay together.
+        let mut drawn: Vec<(u64, u64)> = (0..n).map(|i| (rng(0, i).below(cells.len() as u64), i)).collect();
+        drawn.sort_unstable();
         let mut set = StrandSet::new();
-        for i in 0..n {
-            let mut r = rng(0, i);
-            let cell = cells[r.below(cells.len() as u64) as usize];
+        for (cell, i) in drawn {
+            let (cell, mut r) = (cells[cell as usize], rng(1, i));
             let p = DVec3::from_array(cell.map(|k| (f64::from(k) + r.f64()) * 5.0));
             push(&mut set, world * (p - camera.translation_mm), world * direction(i));
         }
         set
     };
     [
-        ("N0", volume(&|i| isotropic(&mut rng(1, i)))),
+        ("N0", volume(&|i| isotropic(&mut rng(2, i)))),
         ("N1", volume(&|_| principal)),
         ("N2", on_the_hull(truth, n, seed)),
         ("C", ceiling(&reference.strands)),
@@ -88,7 +90,7 @@ fn on_the_hull(truth: &Truth, n: u64, seed: u64) -> StrandSet {
     }
     let mut set = StrandSet::new();
     for i in 0..if surface.is_empty() { 0 } else { n } {
-        let mut r = Rng::keyed(&[seed, NULL_KEY, 18, i]);
+        let mut r = Rng::keyed(&[seed, NULL_KEY, 19, i]);
         let (p, d) = surface[r.below(surface.len() as u64) as usize];
         push(&mut set, p, d);
     }

@@ -44,20 +44,7 @@ impl Tree {
         if n == 0 {
             return (Tree { nodes: Vec::new() }, Vec::new());
         }
-        let join = |a: [Vec3; 2], b: [Vec3; 2]| [a[0].min(b[0]), a[1].max(b[1])];
-        let none = [Vec3::INFINITY, Vec3::NEG_INFINITY];
-        let all = (0..n).into_par_iter().map(&bounds).reduce(|| none, join);
-        let (lo, size) = (all[0].as_dvec3(), all[1].as_dvec3() - all[0].as_dvec3());
-        let scale = DVec3::splat(f64::from((1u32 << BITS) - 1)) / size.max(DVec3::splat(f64::MIN_POSITIVE));
-        let mut keyed: Vec<(u64, u32)> = (0..n)
-            .into_par_iter()
-            .map(|i| {
-                let [a, b] = bounds(i);
-                let q = ((a.as_dvec3() + b.as_dvec3()) * 0.5 - lo) * scale;
-                (spread(q.x) << 2 | spread(q.y) << 1 | spread(q.z), i as u32)
-            })
-            .collect();
-        keyed.par_sort_unstable();
+        let keyed = keyed(n, &bounds);
         let mut nodes = Vec::with_capacity(n);
         build(&keyed, 0, &bounds, &mut nodes);
         nodes.shrink_to_fit();
@@ -124,6 +111,42 @@ impl Limit for f64 {
     fn matters(&self, distance_squared: f64) -> bool {
         distance_squared <= *self
     }
+}
+
+/// Answers `ask` for each item, in the items' order; asked in Morton order of their positions, so that
+/// neighbours find the same part of a tree in the cache.
+pub(crate) fn ask_in_order<T: Sync, R: Send>(
+    items: &[T],
+    position: impl Fn(&T) -> DVec3 + Sync,
+    ask: impl Fn(&T) -> R + Sync,
+) -> Vec<R> {
+    let points: Vec<Vec3> = items.iter().map(|i| position(i).as_vec3()).collect();
+    let keyed = keyed(items.len(), &|i| [points[i]; 2]);
+    let answers: Vec<R> = keyed.par_iter().with_min_len(64).map(|k| ask(&items[k.1 as usize])).collect();
+    let mut out: Vec<Option<R>> = std::iter::repeat_with(|| None).take(items.len()).collect();
+    for (k, a) in keyed.iter().zip(answers) {
+        out[k.1 as usize] = Some(a);
+    }
+    out.into_iter().map(|a| a.expect("every item was asked once")).collect()
+}
+
+/// Members with their Morton keys, in ascending order of them; equal ones by index.
+fn keyed(n: usize, bounds: &(impl Fn(usize) -> [Vec3; 2] + Sync)) -> Vec<(u64, u32)> {
+    let join = |a: [Vec3; 2], b: [Vec3; 2]| [a[0].min(b[0]), a[1].max(b[1])];
+    let none = [Vec3::INFINITY, Vec3::NEG_INFINITY];
+    let all = (0..n).into_par_iter().map(bounds).reduce(|| none, join);
+    let (lo, size) = (all[0].as_dvec3(), all[1].as_dvec3() - all[0].as_dvec3());
+    let scale = DVec3::splat(f64::from((1u32 << BITS) - 1)) / size.max(DVec3::splat(f64::MIN_POSITIVE));
+    let mut keyed: Vec<(u64, u32)> = (0..n)
+        .into_par_iter()
+        .map(|i| {
+            let [a, b] = bounds(i);
+            let q = ((a.as_dvec3() + b.as_dvec3()) * 0.5 - lo) * scale;
+            (spread(q.x) << 2 | spread(q.y) << 1 | spread(q.z), i as u32)
+        })
+        .collect();
+    keyed.par_sort_unstable();
+    keyed
 }
 
 /// The low [`BITS`] bits of a coordinate, three apart.

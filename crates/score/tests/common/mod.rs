@@ -1,6 +1,7 @@
 //! A scene whose truth is written down from formulas: hair wound round a cylinder, seen by three cameras.
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
+pub mod splat;
 pub mod strands;
 
 use glam::{DMat3, DVec2, DVec3, Vec3};

@@ -148,3 +148,6 @@ impl Guide {
         (pdf > 0.0 && eval != [0.0; 3]).then(|| Drawn { to_light, weight_rgb: eval.map(|f| f / pdf), pdf })
     }
 }
+
+#[cfg(test)]
+mod tests;

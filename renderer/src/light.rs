@@ -400,6 +400,41 @@ mod tests {
     }
 
     #[test]
+    fn a_ray_to_a_drawn_point_finds_it_with_its_density_and_the_weights_add_up_to_one() {
+        // Oblique rectangles with slanted edges, seen from the side.
+        let slanted = AreaLight {
+            centre_mm: Vec3::new(80.0, 300.0, 200.0),
+            half_u_mm: Vec3::new(-150.0, 30.0, 20.0),
+            half_v_mm: Vec3::new(40.0, 120.0, -60.0),
+            radiance_rgb: [4.0, 2.0, 1.0],
+        };
+        let lights = Lights::new(&[slanted]).unwrap();
+        let (e, point) = (&lights.emitters[0], Vec3::new(10.0, -20.0, 30.0));
+        let facing = if e.sample([0.5; 2], point).is_some() { 1.0 } else { -1.0 };
+        let lights = Lights::new(&[AreaLight { half_u_mm: slanted.half_u_mm * facing, ..slanted }]).unwrap();
+        let e = &lights.emitters[0];
+        assert!(!e.is_small(point));
+        let (lobe_pdf, mix) = (0.7, Mix { strategy: Strategy::Both, share: 0.25 });
+        for k in 0..400 {
+            let u = [(k % 20) as f32 / 20.0 + 0.02, (k / 20) as f32 / 20.0 + 0.02];
+            let s = e.sample(u, point).unwrap();
+            let (distance, pdf) = e.meet(point, s.direction).unwrap();
+            assert!((distance / s.distance - 1.0).abs() < 1e-4 && (pdf / s.pdf - 1.0).abs() < 1e-3);
+            // What scattering is given and what the point is given are the light's radiance together.
+            let seen = lights.seen(point, s.direction, f32::INFINITY, lobe_pdf, mix)[0];
+            let drawn = lights.choose::<1>([0.0, u[0], u[1]], point, 0.0, mix, |_| ([1.0; 3], lobe_pdf));
+            let drawn = drawn[0].unwrap().radiance_rgb[0] * s.pdf;
+            assert!(((seen + drawn) / 4.0 - 1.0).abs() < 1e-3, "{seen} + {drawn}");
+            assert!(seen > 0.01 && drawn > 0.01);
+            assert_eq!(lights.seen(point, s.direction, distance * 0.99, lobe_pdf, mix), [0.0; 3]);
+        }
+        assert!(e.meet(point, Vec3::NEG_Y).is_none());
+        assert!(e.meet(e.centre - e.normal * 100.0, e.normal).is_none(), "the dark side is not seen");
+        let past = (slanted.centre_mm + slanted.half_u_mm * 1.01 - point).normalize();
+        assert!(e.meet(point, past).is_none(), "just past an edge");
+    }
+
+    #[test]
     fn drawn_points_add_up_to_all_lights_also_behind_a_screen() {
         for (n, dim) in [(3, 0.0f32), (3, 0.01), (WEIGHED + 4, 0.0), (WEIGHED + 4, 0.01)] {
             let lights = lights(n);

@@ -1,8 +1,10 @@
 //! The solid that hair hangs on, moving: the head turns about the neck, the shoulders keep still, and the neck
 //! between them follows in part.
 
-use crate::head::{Head, MeshBvh, Sdf};
+use crate::head::{Head, MeshBvh, REFERENCE_BREADTH_MM, Sdf};
 use glam::{DQuat, DVec3, Vec3};
+use rayon::prelude::*;
+use std::sync::OnceLock;
 use strandbench_types::TriMesh;
 
 /// Middle of the cervical spine, about which a head turns and nods, mm on a head of reference breadth.
@@ -21,8 +23,78 @@ pub(crate) struct HeadTurn {
 
 enum Solid {
     Embedded(Head),
-    Mesh { bvh: MeshBvh, field: Sdf, support: Sdf },
+    Mesh { bvh: MeshBvh, field: Sdf, support: Sdf, roughness: Roughness },
     Nothing,
+}
+
+/// How wrong the sampled distance field may be near the skin: ears are thinner than its cells.
+struct Roughness {
+    low: Vec3,
+    cell_mm: f32,
+    size: [usize; 3],
+    /// Indexed by cell, x fastest, mm.
+    error_mm: Vec<f32>,
+}
+
+/// Distance from the skin up to which the field's error is known, mm.
+pub(super) const KNOWN_MM: f32 = 6.0;
+
+impl Roughness {
+    fn new(
+        low: Vec3,
+        high: Vec3,
+        cell_mm: f32,
+        field: impl Fn(Vec3) -> f32 + Sync,
+        exact: impl Fn(Vec3) -> f32 + Sync,
+    ) -> Roughness {
+        let size = ((high - low) / cell_mm).ceil().to_array().map(|n| (n as usize).max(1));
+        let error_mm = (0..size.iter().product())
+            .into_par_iter()
+            .map(|i| {
+                let corner = Vec3::new(
+                    (i % size[0]) as f32,
+                    (i / size[0] % size[1]) as f32,
+                    (i / (size[0] * size[1])) as f32,
+                );
+                let at = |f: Vec3| low + (corner + f) * cell_mm;
+                if field(at(Vec3::splat(0.5))).abs() > KNOWN_MM + cell_mm {
+                    return 0.0;
+                }
+                // Eight places within the cell show about two thirds of the largest error.
+                let worst = (0..8u32)
+                    .map(|c| {
+                        let f = |bit: u32| if c >> bit & 1 == 1 { 0.75 } else { 0.25 };
+                        let p = at(Vec3::new(f(0), f(1), f(2)));
+                        (field(p) - exact(p)).abs()
+                    })
+                    .fold(0.0, f32::max);
+                1.5 * worst + 0.02
+            })
+            .collect();
+        Roughness { low, cell_mm, size, error_mm }
+    }
+
+    fn at(&self, p: Vec3) -> f32 {
+        let g = ((p - self.low) / self.cell_mm).floor();
+        let mut index = 0;
+        for (axis, stride) in [(2, self.size[0] * self.size[1]), (1, self.size[0]), (0, 1)] {
+            if g[axis] < 0.0 || g[axis] >= self.size[axis] as f32 {
+                return self.cell_mm;
+            }
+            index += g[axis] as usize * stride;
+        }
+        self.error_mm[index]
+    }
+}
+
+/// Of the embedded head at reference size.
+fn head_roughness() -> &'static Roughness {
+    static ROUGHNESS: OnceLock<Roughness> = OnceLock::new();
+    ROUGHNESS.get_or_init(|| {
+        let head = Head::new(REFERENCE_BREADTH_MM);
+        let (low, high) = (Vec3::new(-230.0, -360.0, -190.0), Vec3::new(230.0, 150.0, 190.0));
+        Roughness::new(low, high, 5.0, |p| head.distance(p).0, |p| head.exact_distance(p).0)
+    })
 }
 
 pub(super) struct Body {
@@ -40,7 +112,7 @@ impl Body {
 
     /// A mesh that moves as one about the pivot of a head of the same size, or nothing solid.
     pub fn mesh(mesh: Option<&TriMesh>, breadth_mm: f32) -> Body {
-        let scale = breadth_mm / crate::head::REFERENCE_BREADTH_MM;
+        let scale = breadth_mm / REFERENCE_BREADTH_MM;
         let pivot_mm = PIVOT_MM * f64::from(scale);
         let bounded = mesh.and_then(|m| m.bounds().map(|b| (m, b)));
         let Some((mesh, (low, high))) = bounded else {
@@ -51,7 +123,9 @@ impl Body {
         let margin = Vec3::splat(8.0 * cell);
         let field = Sdf::new(&bvh, low - margin, high + margin, cell);
         let support = field.blurred(3);
-        Body { solid: Solid::Mesh { bvh, field, support }, scale, pivot_mm }
+        let (a, b) = (low - margin, high + margin);
+        let roughness = Roughness::new(a, b, cell, |p| field.sample(p).0, |p| bvh.closest(p, None).distance);
+        Body { solid: Solid::Mesh { bvh, field, support, roughness }, scale, pivot_mm }
     }
 
     /// How far a place of the body at rest takes part in the head's motion, 0..1.
@@ -91,6 +165,13 @@ impl Body {
         }
         let r = Body::rotation(turn, self.share(rest));
         (r * (rest.as_dvec3() - self.pivot_mm) + self.pivot_mm).as_vec3()
+    }
+
+    /// Whether a place near the body as posed moves with the head as one, or keeps still.
+    #[cfg(test)]
+    pub fn is_rigid(&self, turn: &HeadTurn, world: Vec3) -> bool {
+        let share = self.share(self.uncarried(turn, world).0);
+        share == 0.0 || share == 1.0
     }
 
     /// The place at rest of what is now at `world`, and the rotation that brought it there.
@@ -139,6 +220,17 @@ impl Body {
     /// bent neck the distance is that at rest.
     pub fn gap(&self, turn: &HeadTurn, p: Vec3) -> (f32, Vec3) {
         self.moved(turn, p, Body::rest_gap)
+    }
+
+    /// Distance as [`Body::gap`] has it, and how wrong it may be where it is below [`KNOWN_MM`].
+    pub fn rough_gap(&self, turn: &HeadTurn, p: Vec3) -> (f32, f32) {
+        let (rest, _) = self.uncarried(turn, p);
+        let error = match &self.solid {
+            Solid::Embedded(_) => head_roughness().at(rest / self.scale) * self.scale,
+            Solid::Mesh { roughness, .. } => roughness.at(rest),
+            Solid::Nothing => 0.0,
+        };
+        (self.rest_gap(rest).0, error)
     }
 
     /// The same from the mesh itself.

@@ -50,6 +50,10 @@ const POISSON: f64 = 0.38;
 /// Density of keratin, kg/m³.
 const FIBRE_DENSITY: f64 = 1320.0;
 
+/// Fibres of a full head. Fewer strands stand for as many, so that a scene with a few of its strands moves as the
+/// whole scene does.
+const FULL_HEAD: f64 = 80_000.0;
+
 /// Where the head is in a frame: turned from its pose at rest about a fixed point in the neck.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeadPose {
@@ -123,6 +127,7 @@ impl Simulation {
         let radius_m = model.radius_mm * 1e-3;
         // EI / μ = E r² / (4 ρ), in mm⁴/s².
         let bend = model.young_gpa * 1e9 * radius_m * radius_m / (4.0 * FIBRE_DENSITY) * 1e12;
+        let share = (FULL_HEAD / model.scene.strands.len() as f64).max(1.0);
         let clamp = |root: DVec3| Clamp { anchor: root, rotation: DQuat::IDENTITY };
         let prepared: Vec<(Moving, f64)> = model
             .guides
@@ -141,7 +146,7 @@ impl Simulation {
                 let (rod, pushes, stiffer) = rest::rod(&pose, &clamp(g.nodes[0]), gravity);
                 groomed.pile_push = pushes;
                 let pose = rod.q.clone();
-                (Moving { rod, root: g.nodes[0], groomed, pose, fibres: g.fibres }, stiffer)
+                (Moving { rod, root: g.nodes[0], groomed, pose, fibres: g.fibres * share }, stiffer)
             })
             .collect();
         monitor.check()?;
@@ -252,3 +257,6 @@ impl Simulation {
         });
     }
 }
+
+#[cfg(test)]
+mod tests;

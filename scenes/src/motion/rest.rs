@@ -12,10 +12,10 @@ use glam::{DQuat, DVec3};
 /// need more, it is made stiffer: such a fibre is held by those around it.
 const MAX_PRELOAD: f64 = 0.5;
 
-/// Largest sum of those angles over a fibre, rad. Beyond about twice that a fibre held out level tips over to
-/// one side: its equilibrium is unstable (lateral-torsional buckling of a cantilever under its weight is at
-/// w L³ = 12.85 √(EI GJ), which makes the sum 1.8). Such a fibre too is made stiffer, along its whole length.
-const MAX_TOTAL_PRELOAD: f64 = 0.9;
+/// Largest sum of those angles from the root on, rad, as vectors: a fibre that its weight straightens turns to and fro.
+/// Where it is more, the fibre is made stiffer along its whole length. A cantilever under its weight tips over to
+/// one side (lateral-torsional buckling) at w L³ = 12.85 √(EI GJ), which makes the sum 1.8.
+const MAX_TOTAL_PRELOAD: f64 = 1.8;
 
 /// Standard gravity, mm/s².
 pub(super) const GRAVITY: f64 = 9810.0;
@@ -61,7 +61,12 @@ pub(super) fn rod(pose: &Pose<'_>, clamp: &Clamp, gravity: DVec3) -> (Rod, Vec<f
     let reach = |j: usize| {
         if j == 0 { 0.5 * length_mm[0] } else { 0.5 * (length_mm[j - 1] + length_mm[j]) }
     };
-    let total: f64 = (0..n).map(|j| moment[j].length() * reach(j)).sum::<f64>() / pose.bend.min(pose.twist);
+    let mut sum = DVec3::ZERO;
+    let mut total = 0.0f64;
+    for j in 0..n {
+        sum += moment[j] * (reach(j) / pose.bend.min(pose.twist));
+        total = total.max(sum.length());
+    }
     let stiffer = (total / MAX_TOTAL_PRELOAD).max(1.0);
     let (mut rest, mut stiffness) = (Vec::with_capacity(n), Vec::with_capacity(n));
     for j in 0..n {

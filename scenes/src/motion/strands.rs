@@ -5,7 +5,7 @@
 //! and what lies beside a bending lock slides along it as fibres do. A last pass from root to tip keeps points
 //! out of the skin, turning segments, never stretching them.
 
-use super::body::{Body, HeadTurn};
+use super::body::{Body, HeadTurn, KNOWN_MM};
 use super::guides::{FOLLOWED, Followed, Guide};
 use super::turns::Turn;
 use glam::Vec3;
@@ -14,9 +14,6 @@ use strandbench_types::StrandSet;
 
 /// Distance from the skin that moved strands keep, mm, or what they kept when groomed if that is less.
 const CLEARANCE_MM: f32 = 0.3;
-
-/// Furthest that the sampled distance field may be wrong near the skin, mm: below this the mesh is asked.
-const FIELD_ERROR_MM: f32 = 0.7;
 
 /// How much faster than a step the distance to the skin can change in the bent neck.
 const NECK_STRETCH: f32 = 1.6;
@@ -88,7 +85,7 @@ fn strand(
         s += length;
         let mut next = p + rotate(&turn, segment);
         free -= length * NECK_STRETCH;
-        if free < CLEARANCE_MM + FIELD_ERROR_MM {
+        if free < KNOWN_MM {
             (next, free) = clear(body, head, rest[j], p, next, length);
         }
         out[j] = next;
@@ -125,27 +122,60 @@ fn blended(leads: &[(&[Turn], f32, f32)], s: f32) -> Turn {
 /// The point, or where the segment that ends there must turn to for it to be out of the skin; and a distance
 /// within which there is no skin.
 fn clear(body: &Body, head: &HeadTurn, rest: Vec3, from: Vec3, to: Vec3, length: f32) -> (Vec3, f32) {
-    let (gap, _) = body.gap(head, to);
-    if gap >= CLEARANCE_MM + FIELD_ERROR_MM {
+    let (gap, error) = body.rough_gap(head, to);
+    if gap >= KNOWN_MM || gap - error >= CLEARANCE_MM {
         return (to, gap);
     }
-    let (rest_gap, _) = body.rest_gap(rest);
-    // Where the field says what it said of the groomed point, the strand lies as it was groomed.
-    if gap > rest_gap - 0.02 {
-        return (to, gap);
+    // Where the field says what it said of the groomed point, the strand lies as it was groomed. Elsewhere the
+    // mesh is asked.
+    if (gap - body.rest_gap(rest).0).abs() < 0.01 {
+        return (to, 0.0);
     }
-    let mut p = to;
-    let mut wanted = None;
+    let exact = |p: Vec3| body.exact_gap(head, p);
+    let (gap, _) = exact(to);
+    if gap >= CLEARANCE_MM {
+        return (to, 0.0);
+    }
+    let wanted = CLEARANCE_MM.min(body.exact_rest_gap(rest).0) - 1e-3;
+    let (mut p, mut best) = (to, (gap, to));
     for _ in 0..5 {
-        let (gap, normal) = body.exact_gap(head, p);
-        let wanted = *wanted.get_or_insert_with(|| {
-            if gap >= CLEARANCE_MM { gap } else { CLEARANCE_MM.min(body.exact_rest_gap(rest).0) }
-        });
-        if gap >= wanted - 1e-3 {
-            break;
+        let (gap, normal) = exact(p);
+        if gap > best.0 {
+            best = (gap, p);
         }
-        let out = p + normal * (wanted - gap);
+        if gap >= wanted {
+            return (p, 0.0);
+        }
+        let out = p + normal * (wanted + 2e-3 - gap);
         p = from + (out - from).normalize_or(normal) * length;
     }
-    (p, 0.0)
+    // Through an ear the way out that is nearest is no way out for the segment: around it, away from the head
+    // first.
+    let (_, away) = body.support(head, to);
+    let ahead = (to - from) / length;
+    let side = (away - ahead * away.dot(ahead)).normalize_or(ahead.any_orthonormal_vector());
+    let across = ahead.cross(side);
+    const HALF: f32 = std::f32::consts::FRAC_1_SQRT_2;
+    for [forward, sideways] in [[0.9, 0.4], [0.6, 0.8], [0.1, 1.0], [-0.5, 0.8]] {
+        for [u, v] in [
+            [1.0, 0.0],
+            [HALF, HALF],
+            [HALF, -HALF],
+            [0.0, 1.0],
+            [0.0, -1.0],
+            [-HALF, HALF],
+            [-HALF, -HALF],
+            [-1.0, 0.0],
+        ] {
+            let p = from + (ahead * forward + (side * u + across * v) * sideways).normalize() * length;
+            let (gap, _) = exact(p);
+            if gap > best.0 {
+                best = (gap, p);
+            }
+            if gap >= wanted {
+                return (p, 0.0);
+            }
+        }
+    }
+    (best.1, 0.0)
 }

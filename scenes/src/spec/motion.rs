@@ -123,8 +123,8 @@ impl Default for MotionSolver {
             guides: 1500,
             substeps: 8,
             segment_mm: 11.0,
-            friction_per_s: 12.0,
-            damping_per_s: 1.2,
+            friction_per_s: 8.0,
+            damping_per_s: 0.8,
             fibre_damping_s: 0.004,
             skin_friction: 0.3,
         }

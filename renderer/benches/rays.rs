@@ -26,11 +26,15 @@ fn rays(c: &mut Criterion) {
         .collect();
     let wide = Accel::new(&scene.strands, &meshes).unwrap();
     let lights = Lights::new(&scene.lights).unwrap();
-    let mut shadow = Vec::new();
+    let (mut shadow, mut bounce) = (Vec::new(), Vec::new());
     for (i, &d) in primary.iter().enumerate() {
         if let Some(Hit::Fibre { t, strand, point, .. }) = wide.closest(eye, d) {
             let p = eye + d * t;
             let u = [0.618_034, 0.754_878, 0.569_84].map(|a: f32| (a * i as f32).fract());
+            let (z, phi) = (2.0 * u[0] - 1.0, std::f32::consts::TAU * u[1]);
+            let flat = (1.0 - z * z).sqrt();
+            let away = Vec3::new(flat * phi.cos(), flat * phi.sin(), z);
+            bounce.push((p, away, Skip { strand, point, near_mm: 0.16 }));
             if let Some(l) = lights.sample(u, p) {
                 shadow.push((p, l, Skip { strand, point, near_mm: 0.16 }));
             }
@@ -54,6 +58,11 @@ fn rays(c: &mut Criterion) {
                 black_box(shadow.iter().map(blocked).filter(|&b| b).count())
             });
         });
+        group.throughput(Throughput::Elements(bounce.len() as u64));
+        group.bench_function(format!("bounce, {name}"), |b| {
+            let met = |&&(p, d, skip): &&(Vec3, Vec3, Skip)| accel.closest_after(p, d, Some(skip)).is_some();
+            b.iter(|| black_box(bounce.iter().filter(met).count()));
+        });
     }
     group.finish();
 }
@@ -65,7 +74,12 @@ fn view(c: &mut Criterion) {
     camera.focal_px *= 0.25;
     camera.principal_px *= 0.25;
     let prepared = RenderScene::new(&scene).unwrap();
-    let settings = Settings { samples_per_pixel: 32, max_samples_per_pixel: 32, noise_target: 0.0 };
+    let settings = Settings {
+        samples_per_pixel: 32,
+        max_samples_per_pixel: 32,
+        noise_target: 0.0,
+        ..Settings::default()
+    };
     let mut group = c.benchmark_group("view");
     group.sample_size(10);
     group.bench_function("160x120, 32 samples, all threads", |b| {

@@ -150,6 +150,9 @@ pub struct TriangleHit {
     pub v: f32,
 }
 
+/// Widening of the bounds on barycentric weights.
+pub(crate) const EDGE: f32 = 1e-6;
+
 impl Triangle {
     /// Lowest and highest corner of the box around it, mm.
     pub fn bounds(&self) -> (Vec3, Vec3) {
@@ -161,7 +164,6 @@ impl Triangle {
     /// 1e-6, so that rays do not slip between neighbours.
     #[inline(always)]
     pub fn intersect(&self, origin: Vec3, direction: Vec3, tmin: f32) -> Option<TriangleHit> {
-        const EDGE: f32 = 1e-6;
         let p = direction.cross(self.ac);
         let det = self.ab.dot(p);
         if det == 0.0 {

@@ -276,3 +276,77 @@ fn nested_fibres_around_one_point_neither_overflow_the_stack_nor_lose_hits() {
         assert!(hits > 5, "growth {growth}: {hits} hits");
     }
 }
+
+#[test]
+fn segments_without_length_do_no_harm_and_infinite_ones_are_refused() {
+    let mut rng = Rng::keyed(&[21]);
+    let mut set = strands(&mut rng, 200, 20.0, 0.5);
+    // Strands that are a single place, hair-thin, many at one point, and a mesh of slivers.
+    for i in 0..300 {
+        let p = if i % 2 == 0 { Vec3::splat(3.0) } else { point(&mut rng, 20.0) };
+        set.push(&[p, p, p], if i % 3 == 0 { 1e-7 } else { 0.4 });
+    }
+    let mut slivers = mesh(&mut rng, 20, 20.0);
+    for i in 0..20u32 {
+        slivers.triangles.push([3 * i, 3 * i, 3 * i + 1]);
+        slivers.triangles.push([3 * i; 3]);
+    }
+    let accel = Accel::new(&set, &[&slivers]).unwrap();
+    let mut hits = 0;
+    for _ in 0..3000 {
+        let o = direction(&mut rng) * 60.0;
+        let d = (point(&mut rng, 20.0) - o).normalize();
+        let want = brute(&set, &slivers, o, d);
+        assert_eq!(accel.closest(o, d), want);
+        hits += usize::from(want.is_some());
+    }
+    assert!(hits > 300, "{hits} hits");
+    let narrow = Accel::new(&set, &[&slivers]).unwrap().portable();
+    let outside = Vec3::new(0.0, 0.0, -50.0);
+    for (o, d) in [
+        (outside, Vec3::ZERO),
+        (outside, Vec3::NAN),
+        (outside, Vec3::INFINITY),
+        (outside, Vec3::new(f32::NAN, 0.0, 1.0)),
+        (Vec3::NAN, Vec3::Z),
+        (Vec3::splat(f32::NEG_INFINITY), Vec3::Z),
+    ] {
+        for accel in [&accel, &narrow] {
+            assert_eq!(accel.closest(o, d), None, "from {o} along {d}");
+            assert!(!accel.occluded(o, d, f32::INFINITY, None, &mut LastBlockers::default()));
+            assert!(!accel.occluded(outside, Vec3::Z, f32::NAN, None, &mut LastBlockers::default()));
+        }
+    }
+    set.points[5] = Vec3::new(0.0, f32::INFINITY, 0.0);
+    let error = Accel::new(&set, &[]).err().expect("infinite").to_string();
+    assert!(error.contains("strand 1: the segment from point"), "{error}");
+}
+
+#[test]
+fn a_ray_looks_at_few_of_many_segments() {
+    // 100,000 segments in locks: a tree that does its work spares a ray all but two thousandths of them.
+    let mut rng = Rng::keyed(&[22]);
+    let mut set = StrandSet::new();
+    for _ in 0..2000 {
+        let (mut p, mut points) = (point(&mut rng, 60.0), Vec::new());
+        let heading = (Vec3::NEG_Y + direction(&mut rng) * 0.3).normalize();
+        for _ in 0..51 {
+            points.push(p);
+            p += (heading + direction(&mut rng) * 0.2) * 3.0;
+        }
+        set.push(&points, 0.04);
+    }
+    let accel = Accel::new(&set, &[]).unwrap();
+    let shape = accel.shape();
+    assert_eq!(shape.primitives, 100_000);
+    assert!(shape.leaves < 100_000 / 6, "leaves of eight hold {} on average", 100_000 / shape.leaves);
+    let (mut nodes, mut leaves) = (0, 0);
+    for _ in 0..1000 {
+        let o = direction(&mut rng) * 400.0;
+        let work = accel.work_of_closest(o, (point(&mut rng, 60.0) - o).normalize());
+        nodes += work.nodes;
+        leaves += work.leaves;
+    }
+    // Two thousandths of the segments, eight a leaf, are 25 leaves a ray, with two nodes on the way to each.
+    assert!(leaves < 25_000 && nodes < 50_000, "{} leaves and {} nodes a ray", leaves / 1000, nodes / 1000);
+}

@@ -2,13 +2,37 @@
 
 use glam::{DVec3, Vec3};
 use strandbench_rng::Rng;
-use strandbench_scenes::{AreaLight, FibreOptics, Pigment, RigMotion, Scene, Sensor, SkinOptics};
+use strandbench_scenes::{
+    AreaLight, FibreOptics, OpticsModel, OpticsRoots, Pigment, RigMotion, Scene, Sensor, SkinOptics,
+};
 use strandbench_types::{Camera, Rig, StrandSet};
 
 /// Radius of the ball on which the strands are rooted, mm.
 const HEAD_MM: f32 = 90.0;
 /// Length of a strand, mm.
 const LENGTH_MM: f32 = 200.0;
+
+/// Brown hair: absorption per fibre radius at least 0.8 in each channel, below which Mitsuba 3.9.1's sampling of
+/// hair is visibly biased.
+pub const PIGMENT: Pigment = Pigment { eumelanin: 2.0, pheomelanin: 0.3 };
+/// Chiang's model with the parameters that Mitsuba's `hair` is given too.
+pub const OPTICS: FibreOptics = FibreOptics {
+    model: OpticsModel::Chiang,
+    index: 1.55,
+    shift_r_deg: -7.5,
+    width_r_deg: 7.5,
+    glint_scale: 1.0,
+    caustic_width_deg: 15.0,
+    fade_range: 0.3,
+    caustic_limit: 0.5,
+    eccentricity: 1.0,
+    roots: OpticsRoots::Exact,
+    rest: false,
+    longitudinal_roughness: Some(0.3),
+    azimuthal_roughness: Some(0.3),
+    scale_tilt_deg: Some(-2.0),
+    mitsuba_bessel: false,
+};
 
 /// `strands` wavy strands of `segments` segments each, 200 mm long and 0.06-0.09 mm thick, that hang in locks from
 /// the upper part of a ball of 90 mm radius around the origin.
@@ -62,9 +86,9 @@ pub fn scene(strands: StrandSet, size: (u32, u32)) -> Scene {
         Rig { cameras: vec![camera], near_mm: 600.0, far_mm: 1200.0, frame_rate_hz: 100.0, exposure_s: 1e-3 };
     Scene {
         name: "bench".into(),
-        pigments: vec![Pigment { eumelanin: 1.0, pheomelanin: 0.3 }; strands.len()],
+        pigments: vec![PIGMENT; strands.len()],
         strands,
-        optics: FibreOptics::default(),
+        optics: OPTICS,
         surfaces: Vec::new(),
         skin: SkinOptics::default(),
         lights: vec![light()],

@@ -4,7 +4,7 @@ use glam::{DVec2, Vec3};
 use strandbench_renderer::accel::{Accel, Hit};
 use strandbench_rng::Rng;
 use strandbench_scenes::AreaLight;
-use strandbench_types::{Camera, StrandSet};
+use strandbench_types::{Camera, StrandSet, TriMesh};
 
 /// A ray with unit direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,16 +59,52 @@ impl RaySets {
     /// the fibre's axis at the hit.
     pub fn new(
         strands: &StrandSet,
-        (camera, light): (&Camera, &AreaLight),
+        view: (&Camera, &AreaLight),
         accel: &Accel,
         count: usize,
         seed: u64,
+    ) -> RaySets {
+        let normal = |hit: &Hit, at: Vec3, direction: Vec3| match *hit {
+            Hit::Fibre { point, along, .. } => {
+                let k = point as usize;
+                let axis = strands.points[k].lerp(strands.points[k + 1], along);
+                (at - axis).normalize_or(-direction)
+            }
+            Hit::Mesh { .. } => -direction,
+        };
+        RaySets::from_view(view, accel, (count, seed), normal)
+    }
+
+    /// The same on a mesh, with bounce rays over the half that its facet faces.
+    pub fn on_mesh(
+        mesh: &TriMesh,
+        view: (&Camera, &AreaLight),
+        accel: &Accel,
+        count: usize,
+        seed: u64,
+    ) -> RaySets {
+        let normal = |hit: &Hit, _: Vec3, direction: Vec3| match *hit {
+            Hit::Mesh { triangle, .. } => {
+                let [a, b, c] = mesh.triangles[triangle as usize].map(|k| mesh.vertices[k as usize]);
+                let n = (b - a).cross(c - a).normalize_or(-direction);
+                if n.dot(direction) > 0.0 { -n } else { n }
+            }
+            Hit::Fibre { .. } => -direction,
+        };
+        RaySets::from_view(view, accel, (count, seed), normal)
+    }
+
+    fn from_view(
+        (camera, light): (&Camera, &AreaLight),
+        accel: &Accel,
+        (count, seed): (usize, u64),
+        normal: impl Fn(&Hit, Vec3, Vec3) -> Vec3,
     ) -> RaySets {
         let (width, height) = (f64::from(camera.width), f64::from(camera.height));
         let step = (width * height / count.max(1) as f64).sqrt();
         let eye = camera.centre_mm().as_vec3();
         let mut sets: [Vec<Ray>; 3] = Default::default();
-        let (across, down) = ((width / step) as u64, (height / step) as u64);
+        let (across, down) = (((width / step) as u64).max(1), ((height / step) as u64).max(1));
         for i in 0..across * down {
             let mut rng = Rng::keyed(&[seed, 0x7261_7973, i]);
             let pixel = DVec2::new(
@@ -77,11 +113,10 @@ impl RaySets {
             );
             let direction = camera.ray_direction(pixel).normalize().as_vec3();
             sets[0].push(Ray { origin: eye, direction, tmax: f32::INFINITY });
-            let Some(Hit::Fibre { t, point, along, .. }) = accel.closest(eye, direction) else { continue };
+            let Some(hit) = accel.closest(eye, direction) else { continue };
+            let (Hit::Fibre { t, .. } | Hit::Mesh { t, .. }) = hit;
             let at = eye + direction * t;
-            let k = point as usize;
-            let axis = strands.points[k].lerp(strands.points[k + 1], along);
-            let normal = (at - axis).normalize_or(-direction);
+            let normal = normal(&hit, at, direction);
             let origin = at + normal * OFFSET_MM;
             let on = light.centre_mm
                 + light.half_u_mm * rng.range(-1.0, 1.0)

@@ -80,6 +80,16 @@ envelope.ply or strands.hair, whichever it has. What is not there counts as not 
     /// The variants of the method
     #[command(subcommand)]
     Variants(ListArgs),
+    /// Speed beside Embree and Mitsuba, where they are installed: same hair, same rays, one run
+    #[command(after_help = "Examples:
+  strandbench bench
+  strandbench bench --what rays --strands 50000 --python venv/bin/python --out bench
+  strandbench bench --what build --strands 100000 --segments 100
+
+Needs nothing to time this program alone. Embree comes with the Python package embreex, or is libembree4 of the
+system; Mitsuba is the Python package mitsuba, whose LLVM variant needs libLLVM 19. What is missing is left out
+and said. Close other programs: ratios bear a busy machine, seconds do not.")]
+    Bench(BenchArgs),
     /// Convert a hair file: resample, place in millimetres, count, draw
     #[command(after_help = "Example:
   strandbench import straight.hair straight-mm.ply --preset yuksel
@@ -213,6 +223,35 @@ pub struct ReportArgs {
     /// The render folder [default: ../render beside the variant folder]
     #[arg(long, value_name = "DIR")]
     pub render: Option<PathBuf>,
+}
+
+/// What to time.
+#[derive(ClapArgs, Debug)]
+pub struct BenchArgs {
+    /// Rays, whole frames at equal noise, or the build of the acceleration structure alone
+    #[arg(long, default_value = "all", value_parser = ["build", "rays", "frames", "all"])]
+    pub what: String,
+    /// Strands of the wavy hair that everything is timed on
+    #[arg(long, default_value_t = 50_000, value_name = "N")]
+    pub strands: u32,
+    /// Segments of each strand
+    #[arg(long, default_value_t = 50, value_name = "N")]
+    pub segments: u32,
+    /// Camera rays of a round
+    #[arg(long, default_value_t = 100_000, value_name = "N")]
+    pub rays: u32,
+    /// Rounds of rays, and images of each kind
+    #[arg(long, default_value_t = 5, value_name = "N")]
+    pub rounds: u32,
+    /// Python with mitsuba and embreex [default: STRANDBENCH_PYTHON, or python3]
+    #[arg(long, value_name = "FILE")]
+    pub python: Option<PathBuf>,
+    /// Embree 4 [default: that of the Python package embreex, or the system's]
+    #[arg(long, value_name = "FILE")]
+    pub embree: Option<PathBuf>,
+    /// Write bench.json and tables as CSV into this folder
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
 }
 
 #[derive(Subcommand, Debug)]

@@ -28,6 +28,7 @@ pub fn run(args: &Args) -> Result<bool> {
         work => {
             listen_for_ctrl_c()?;
             match work {
+                Command::Bench(a) => crate::bench::run(a, args.common.threads, &show, json),
                 Command::Run(a) => run_job(a, &show, json),
                 Command::Render(a) => render(a, &show, json),
                 Command::Reconstruct(a) => reconstruct(a, &show, json),

@@ -1,6 +1,7 @@
 //! The command line: arguments in, a call into the suite, words or JSON out.
 
 mod args;
+mod bench;
 mod commands;
 mod progress;
 mod table;

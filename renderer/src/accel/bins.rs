@@ -25,6 +25,10 @@ impl Prim {
         (Vec3::from(self.low).extend(0.0), Vec3::from(self.high).extend(0.0))
     }
 
+    pub(super) fn is_finite(&self) -> bool {
+        self.low.iter().chain(&self.high).all(|v| v.is_finite())
+    }
+
     /// Twice the centre.
     #[inline(always)]
     pub(super) fn centre(&self) -> Vec4 {

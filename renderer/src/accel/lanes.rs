@@ -1,7 +1,8 @@
 //! Tests of a ray against eight boxes and eight round cones: with AVX2 and FMA, or with what every machine has.
 
-use super::leaf::Cones;
+use super::leaf::{Cones, Triangles};
 use super::node::{Node, TreeRay, WIDTH};
+use crate::cone::EDGE;
 
 /// A way of testing eight things at once. Both tests may let through what the ray does not meet, never the other
 /// way round as long as boxes and `pad` are wide enough for rounding.
@@ -17,6 +18,12 @@ pub(super) trait Lanes {
     /// # Safety
     /// As above.
     unsafe fn cones(cones: &Cones, ray: &TreeRay, pad: f32, tmax: f32) -> u32;
+
+    /// Which triangles the ray may meet.
+    ///
+    /// # Safety
+    /// As above.
+    unsafe fn triangles(triangles: &Triangles, ray: &TreeRay) -> u32;
 }
 
 /// Runs everywhere.
@@ -68,6 +75,11 @@ impl Lanes for Portable {
             met[k] = (x * x <= r * r * n2) & (p2 <= reach * reach) & (s <= reach) & (-s - reach <= tmax);
         }
         (0..WIDTH).fold(0, |mask, k| mask | u32::from(met[k]) << k)
+    }
+
+    #[inline(always)]
+    unsafe fn triangles(_: &Triangles, _: &TreeRay) -> u32 {
+        (1 << WIDTH) - 1
     }
 }
 
@@ -135,6 +147,43 @@ impl Lanes for Avx2 {
             let before = _mm256_cmp_ps::<_CMP_GE_OQ>(_mm256_add_ps(s, reach), one(-tmax));
             let met = _mm256_and_ps(_mm256_and_ps(near, within), _mm256_and_ps(ahead, before));
             _mm256_movemask_ps(met) as u32
+        }
+    }
+
+    /// The same operations in the same order as [`crate::cone::Triangle::intersect`], so with its every rounding.
+    #[inline(always)]
+    unsafe fn triangles(t: &Triangles, ray: &TreeRay) -> u32 {
+        use std::arch::x86_64::*;
+        // SAFETY: as above.
+        unsafe {
+            let one = |v: f32| _mm256_set1_ps(v);
+            let side = |i: usize| -> [__m256; 3] {
+                std::array::from_fn(|axis| _mm256_load_ps(t.sides[i][axis].as_ptr()))
+            };
+            let (mul, sub) = (|a, b| _mm256_mul_ps(a, b), |a, b| _mm256_sub_ps(a, b));
+            let dot = |a: [__m256; 3], b: [__m256; 3]| {
+                _mm256_add_ps(_mm256_add_ps(mul(a[0], b[0]), mul(a[1], b[1])), mul(a[2], b[2]))
+            };
+            let cross = |a: [__m256; 3], b: [__m256; 3]| -> [__m256; 3] {
+                let term = |i: usize, j: usize| sub(mul(a[i], b[j]), mul(b[i], a[j]));
+                [term(1, 2), term(2, 0), term(0, 1)]
+            };
+            let (a, ab, ac) = (side(0), side(1), side(2));
+            let d = ray.direction.map(one);
+            let p = cross(d, ac);
+            let inverse = _mm256_div_ps(one(1.0), dot(ab, p));
+            let s: [__m256; 3] = std::array::from_fn(|i| sub(one(ray.source[i]), a[i]));
+            let u = mul(dot(s, p), inverse);
+            let q = cross(s, ab);
+            let v = mul(dot(d, q), inverse);
+            let distance = mul(dot(ac, q), inverse);
+            let (low, high) = (one(-EDGE), one(1.0 + EDGE));
+            let both = |x, y| _mm256_and_ps(x, y);
+            let in_u = both(_mm256_cmp_ps::<_CMP_GE_OQ>(u, low), _mm256_cmp_ps::<_CMP_LE_OQ>(u, high));
+            let sum = _mm256_cmp_ps::<_CMP_LE_OQ>(_mm256_add_ps(u, v), high);
+            let in_v = both(_mm256_cmp_ps::<_CMP_GE_OQ>(v, low), sum);
+            let ahead = _mm256_cmp_ps::<_CMP_GT_OQ>(distance, _mm256_setzero_ps());
+            _mm256_movemask_ps(both(both(in_u, in_v), ahead)) as u32
         }
     }
 }

@@ -62,21 +62,38 @@ impl Cones {
     }
 }
 
-/// Up to eight triangles.
+/// Up to eight triangles; absent ones are NaN.
 #[derive(Clone, Debug)]
+#[repr(C, align(64))]
 pub(super) struct Triangles {
-    pub triangles: [Triangle; WIDTH],
+    /// Corner and the two edges from it, indexed [corner, edge, edge][axis][lane].
+    pub sides: [[[f32; WIDTH]; 3]; 3],
     pub names: [Name; WIDTH],
-    pub count: usize,
 }
 
 impl Default for Triangles {
     fn default() -> Triangles {
-        let absent = Triangle { a: Vec3::NAN, ab: Vec3::NAN, ac: Vec3::NAN };
         Triangles {
-            triangles: [absent; WIDTH],
+            sides: [[[f32::NAN; WIDTH]; 3]; 3],
             names: [Name { owner: u32::MAX, item: u32::MAX }; WIDTH],
-            count: 0,
         }
+    }
+}
+
+impl Triangles {
+    pub(super) fn set(&mut self, lane: usize, triangle: &Triangle, name: Name) {
+        for (side, v) in self.sides.iter_mut().zip([triangle.a, triangle.ab, triangle.ac]) {
+            for axis in 0..3 {
+                side[axis][lane] = v[axis];
+            }
+        }
+        self.names[lane] = name;
+    }
+
+    #[inline(always)]
+    pub(super) fn get(&self, lane: usize) -> Triangle {
+        let [a, ab, ac] = [0, 1, 2]
+            .map(|i| Vec3::new(self.sides[i][0][lane], self.sides[i][1][lane], self.sides[i][2][lane]));
+        Triangle { a, ab, ac }
     }
 }

@@ -8,6 +8,8 @@ mod leaf;
 mod node;
 mod prepare;
 mod profile;
+#[cfg(test)]
+mod tests;
 mod walk;
 
 use glam::{DVec3, Vec3};
@@ -133,9 +135,13 @@ impl Accel {
         self.closest_with::<Avx2>(origin, direction, skip)
     }
 
-    /// The ray from where it may first meet the scene, and how far that is from its origin, mm.
+    /// The ray from where it may first meet the scene, and how far that is from its origin, mm. None if a number
+    /// is not finite: such a ray would meet the boxes of children that are not there.
     #[inline(always)]
-    fn tree_ray(&self, origin: Vec3, direction: Vec3) -> (TreeRay, f32) {
+    fn tree_ray(&self, origin: Vec3, direction: Vec3) -> Option<(TreeRay, f32)> {
+        if !(origin.is_finite() && direction.is_finite()) {
+            return None;
+        }
         let start = ((self.centre - origin).dot(direction) - self.radius).max(0.0);
         let moved = if start > 0.0 {
             let o: DVec3 = origin.as_dvec3() + direction.as_dvec3() * f64::from(start);
@@ -143,7 +149,7 @@ impl Accel {
         } else {
             origin
         };
-        (TreeRay::new(moved.to_array(), direction.to_array()), start)
+        Some((TreeRay::new(origin.to_array(), moved.to_array(), direction.to_array()), start))
     }
 
     fn forest(&self) -> Forest<'_> {
@@ -152,7 +158,7 @@ impl Accel {
 
     #[inline(always)]
     fn closest_with<L: Lanes>(&self, origin: Vec3, direction: Vec3, skip: Option<Skip>) -> Option<Hit> {
-        let (ray, start) = self.tree_ray(origin, direction);
+        let (ray, start) = self.tree_ray(origin, direction)?;
         let mut best = (NO_SLOT, f32::INFINITY, [0.0f32; 2]);
         // Rounding of distances that are measured from far away.
         let slack = self.pad + 4e-7 * start - start;
@@ -198,7 +204,7 @@ impl Accel {
         if slot & FLAT == 0 {
             self.cones[leaf].get(lane).intersect(origin, direction, 0.0).map(|h| (h.t, [h.along, 0.0]))
         } else {
-            let triangle = &self.triangles[leaf].triangles[lane];
+            let triangle = self.triangles[leaf].get(lane);
             triangle.intersect(origin, direction, 0.0).map(|h| (h.t, [h.u, h.v]))
         }
     }
@@ -262,7 +268,7 @@ impl Accel {
         skip: Option<Skip>,
         last: &mut LastBlockers,
     ) -> bool {
-        let (ray, start) = self.tree_ray(origin, direction);
+        let Some((ray, start)) = self.tree_ray(origin, direction) else { return false };
         let mut blocked = false;
         let visit = |leaf: u32, lane: usize, end: f32| {
             let slot = slot(leaf, lane);

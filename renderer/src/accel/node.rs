@@ -30,9 +30,12 @@ impl Default for Node {
     }
 }
 
-/// A ray as the tree sees it: its origin moved to the tree's surroundings.
+/// A ray as the tree sees it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TreeRay {
+    /// Where it starts.
+    pub source: [f32; 3],
+    /// The same, moved along the ray to the tree's surroundings.
     pub origin: [f32; 3],
     pub direction: [f32; 3],
     pub inverse: [f32; 3],
@@ -41,11 +44,11 @@ pub(super) struct TreeRay {
 }
 
 impl TreeRay {
-    pub(super) fn new(origin: [f32; 3], direction: [f32; 3]) -> TreeRay {
+    pub(super) fn new(source: [f32; 3], origin: [f32; 3], direction: [f32; 3]) -> TreeRay {
         // A component below this moves the ray by less than rounding does on its way through any scene; its
-        // reciprocal stays finite, so that no product is 0 times infinity.
-        let inverse = direction.map(|d| 1.0 / if d.abs() < 1e-18 { 1e-18f32.copysign(d) } else { d });
+        // reciprocal stays finite and not zero, so that no product is 0 times infinity.
+        let inverse = direction.map(|d| 1.0 / d.abs().clamp(1e-18, 1e18).copysign(d));
         let near = direction.map(|d| usize::from(d.is_sign_negative()));
-        TreeRay { origin, direction, inverse, near }
+        TreeRay { source, origin, direction, inverse, near }
     }
 }

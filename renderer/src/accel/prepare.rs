@@ -78,7 +78,7 @@ impl Accel {
     /// Builds over all segments of `strands` and all triangles of `meshes`.
     ///
     /// # Errors
-    /// If there are neither, or more than 2^28 of them.
+    /// If there are neither, more than 2^28 of them, or one is not finite.
     pub fn new(strands: &StrandSet, meshes: &[&TriMesh]) -> Result<Accel, RenderError> {
         let geometry = Geometry { strands, meshes };
         let mut prims = geometry.prims();
@@ -90,6 +90,12 @@ impl Accel {
                 "{} segments and triangles are more than 2^28; leave some strands out",
                 prims.len()
             )));
+        }
+        if let Some(p) = prims.iter().find(|p| !p.is_finite()) {
+            let (what, owner) =
+                if p.owner & SURFACE == 0 { ("strand", p.owner) } else { ("mesh", p.owner & !SURFACE) };
+            let part = if what == "strand" { "the segment from point" } else { "triangle" };
+            return Err(RenderError::Scene(format!("{what} {owner}: {part} {} is not finite", p.item)));
         }
         let mut all = Bounds::NONE;
         prims.iter().for_each(|p| all.add_prim(p));
@@ -147,11 +153,11 @@ fn fill(nodes: &mut [Node], prims: &[Prim], geometry: &Geometry) -> (Vec<Cones>,
     let triangles = flats
         .par_iter()
         .map(|leaf| {
-            let mut made = Triangles { count: usize::from(leaf.1), ..Triangles::default() };
+            let mut made = Triangles::default();
             for (lane, p) in of(leaf) {
                 let surface = p.owner & !SURFACE;
-                made.triangles[lane] = geometry.triangle(surface, p.item);
-                made.names[lane] = Name { owner: surface, item: p.item };
+                let name = Name { owner: surface, item: p.item };
+                made.set(lane, &geometry.triangle(surface, p.item), name);
             }
             made
         })

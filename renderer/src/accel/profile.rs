@@ -1,7 +1,7 @@
 //! What rays cost apart from any clock: the work of a ray and the shape of the tree.
 
 use super::lanes::{Lanes, Portable};
-use super::leaf::Cones;
+use super::leaf::{Cones, Triangles};
 use super::node::{Node, TreeRay, WIDTH};
 use super::{Accel, LastBlockers};
 use glam::Vec3;
@@ -57,6 +57,11 @@ impl Lanes for Counted {
         let w = WORK.get();
         WORK.set(Work { leaves: w.leaves + 1, segments: w.segments + u64::from(mask.count_ones()), ..w });
         mask
+    }
+
+    unsafe fn triangles(triangles: &Triangles, ray: &TreeRay) -> u32 {
+        // SAFETY: it runs everywhere.
+        unsafe { Portable::triangles(triangles, ray) }
     }
 }
 

@@ -1,13 +1,17 @@
 //! Walking the tree along a ray.
 
 use super::lanes::Lanes;
-use super::leaf::{Cones, Triangles};
+use super::leaf::{Cones, Name, Triangles};
 use super::node::{INDEX, LEAF, Node, TRIANGLES, TreeRay, WIDTH};
 use std::mem::MaybeUninit;
 
 /// Levels of nodes that the stack holds; the build never makes more, see [`super::build`].
 pub(super) const MOST_LEVELS: usize = 80;
 const STACK: usize = MOST_LEVELS * (WIDTH - 1) + 1;
+
+/// Bytes that the tests of eight read.
+const CONES: usize = size_of::<Cones>() - size_of::<[Name; WIDTH]>();
+const TRIANGLE_SIDES: usize = size_of::<[[[f32; WIDTH]; 3]; 3]>();
 
 /// What a walk goes through.
 pub(super) struct Forest<'a> {
@@ -34,12 +38,12 @@ impl Forest<'_> {
             let (start, lines): (*const u8, usize) = if child & LEAF == 0 {
                 (self.nodes.as_ptr().wrapping_add(child as usize).cast(), size_of::<Node>() / 64)
             } else if child & TRIANGLES == 0 {
-                (
-                    self.cones.as_ptr().wrapping_add((child & INDEX) as usize).cast(),
-                    size_of::<Cones>() / 64 - 1,
-                )
+                (self.cones.as_ptr().wrapping_add((child & INDEX) as usize).cast(), CONES / 64)
             } else {
-                return;
+                (
+                    self.triangles.as_ptr().wrapping_add((child & INDEX) as usize).cast(),
+                    TRIANGLE_SIDES.div_ceil(64),
+                )
             };
             for line in 0..lines {
                 // SAFETY: a hint; nothing is read.
@@ -121,7 +125,8 @@ impl Forest<'_> {
                     // SAFETY: leaves refer to blocks of this tree; the caller vouches for the instructions.
                     unsafe { L::cones(self.cones.get_unchecked(index), ray, self.pad, tmax) }
                 } else {
-                    (1u32 << self.triangles[index].count) - 1
+                    // SAFETY: as above.
+                    unsafe { L::triangles(self.triangles.get_unchecked(index), ray) }
                 };
                 while lanes != 0 {
                     let k = lanes.trailing_zeros() as usize;

@@ -68,7 +68,7 @@ pub(crate) fn responses(series: &[Series], rate_hz: f64) -> [Option<Response>; 4
         }
         // Under Hann's window a sine of amplitude A leaves (1 + 2/4) A²/4 on its bin and the two beside it.
         let rms = (2.0 * power / series.len() as f64).sqrt();
-        if !(rms > LEAST_MM.max(LEAST_SHARE * whole)) {
+        if rms <= LEAST_MM.max(LEAST_SHARE * whole) {
             return None;
         }
         // Central differences see sin(ω Δt) / Δt.

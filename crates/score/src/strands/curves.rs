@@ -239,7 +239,7 @@ pub(crate) fn check_lengths(strands: &StrandSet, whose: &str) -> Result<(), Scor
     const LONGEST_MM: f64 = 1e5;
     for strand in 0..strands.len() {
         let length = strands.length_mm(strand);
-        if !(length <= LONGEST_MM) {
+        if length > LONGEST_MM || length.is_nan() {
             return fault(format!(
                 "the {whose} strand {strand} is {length} mm long, more than {LONGEST_MM} mm; give points in mm"
             ));

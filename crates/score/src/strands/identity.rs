@@ -94,7 +94,7 @@ fn effective_number(lengths: &[f64]) -> f64 {
 }
 
 /// Mean effective number of partners, each strand weighing its assigned length.
-fn partners<'a>(pairs: impl Iterator<Item = ((u32, u32), f64)>, by_true: bool) -> f64 {
+fn partners(pairs: impl Iterator<Item = ((u32, u32), f64)>, by_true: bool) -> f64 {
     let mut of: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
     for ((i, j), length) in pairs {
         of.entry(if by_true { i } else { j }).or_default().push(length);

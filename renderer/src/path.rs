@@ -157,7 +157,7 @@ impl RenderScene<'_> {
             let Some(hit) = hit.filter(|_| !last) else { break };
             vertex = self.vertex(&hit, vertex.start, direction);
             let carried = throughput.iter().fold(0.0f32, |a, &b| a.max(b));
-            if !(carried > 0.0) {
+            if carried <= 0.0 {
                 break;
             }
             let survival = (carried * ROULETTE).min(1.0);

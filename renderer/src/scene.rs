@@ -79,7 +79,11 @@ impl<'a> RenderScene<'a> {
         }
         let m = &scene.motion;
         let exposure = scene.rig.exposure_s;
-        if m.velocity_mm_s.iter().chain(&m.turn_deg_s).any(|v| !(v.abs() * exposure.max(1e-6) <= 1e6)) {
+        let far = |v: &f64| {
+            let reach = v.abs() * exposure.max(1e-6);
+            reach.is_nan() || reach > 1e6
+        };
+        if m.velocity_mm_s.iter().chain(&m.turn_deg_s).any(far) {
             return Err(fail("the rig's motion or exposure time is not finite, or without bounds".into()));
         }
         let sky = match &scene.environment {

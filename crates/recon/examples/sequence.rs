@@ -45,6 +45,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         if let Some(strands) = &r.estimate.strands {
             let path = out.join(format!("strands_{:03}.png", a.frame_index));
             draw(&path, &rig.cameras[0], &frames[a.frame_index as usize], strands)?;
+            let ids = r.estimate.strand_ids.as_deref().unwrap_or(&[]);
+            draw_side(&out.join(format!("side_{:03}.png", a.frame_index)), strands, ids)?;
         }
         strandbench_io::write_estimate(&out.join(format!("estimate_{:03}", a.frame_index)), &r.estimate)?;
     }
@@ -73,6 +75,22 @@ fn draw(path: &Path, camera: &Camera, frame: &Frame, strands: &StrandSet) -> Res
                 if camera.contains(q) {
                     picture.put_pixel(w + q.x as u32, q.y as u32, colour);
                 }
+            }
+        }
+    }
+    picture.save(path)
+}
+
+/// Every tenth strand from the reference camera's left, two pixels a millimetre: surface strands light, interior ones dark.
+fn draw_side(path: &Path, strands: &StrandSet, ids: &[u64]) -> Result<(), image::ImageError> {
+    let (side, scale) = (800u32, 2.0);
+    let mut picture = RgbImage::new(side, side);
+    for (i, &id) in ids.iter().enumerate().step_by(10) {
+        let colour = if id >> 32 > 0 { Rgb([230, 210, 150]) } else { Rgb([70, 110, 190]) };
+        for p in strands.strand(i) {
+            let (x, y) = (400.0 + p.z * scale, 400.0 - p.y * scale);
+            if x >= 0.0 && y >= 0.0 && x < side as f32 && y < side as f32 {
+                picture.put_pixel(x as u32, y as u32, colour);
             }
         }
     }

@@ -17,12 +17,12 @@ parameters! {
     /// α_rigid of Li et al. 2009 at the start of a registration; see `strandbench_solve::deform::RegisterOptions`.
     rigid_start: f32 = 1000.0, positive, "a number above 0";
     /// α_rigid at the end. Li et al. relax to 1, and α_smooth to 0.1; a graph that soft follows the stereo's noise, whose
-    /// patches are nearly as large as the nodes' spacing, and unwarps it away with the motion. SWEEPS.md has figures.
-    rigid_end: f32 = 100.0, positive, "a number above 0, at most rigid_start";
+    /// patches are nearly as large as the nodes' spacing, and averages less of it away. SWEEPS.md has figures.
+    rigid_end: f32 = 10.0, positive, "a number above 0, at most rigid_start";
     /// α_smooth at the start.
     smooth_start: f32 = 100.0, positive, "a number above 0";
     /// α_smooth at the end.
-    smooth_end: f32 = 10.0, positive, "a number above 0, at most smooth_start";
+    smooth_end: f32 = 1.0, positive, "a number above 0, at most smooth_start";
     /// Largest distance between partners, mm. At 100 frames a second 20 mm is hair at 2 m/s.
     partner_mm: f32 = 20.0, positive, "a number above 0";
     /// Largest angle between partners' normals, degrees.

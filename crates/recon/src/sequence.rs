@@ -226,7 +226,7 @@ impl SequenceReconstructor {
         let mut clock = Clock { stages: slot.diagnostics.stages.clone(), monitor };
         let mut notes = Vec::new();
         let mut found = [None, None];
-        if self.registers() {
+        if self.registers() && self.neighbours(k).iter().any(Option::is_some) {
             found = clock.stage("registration", 2, || {
                 let mut tracker = FrameTracker::new(camera, &slot.raw, temporal)?;
                 let mut found = [None, None];

@@ -305,6 +305,8 @@ fn frames_come_out_in_turn_and_gaps_are_gaps() {
     assert!(matches!(s.push(&nan, &Silent), Err(ReconError::Input(_))));
     let last = s.finish(&Silent).unwrap();
     assert_eq!(last.iter().map(|f| f.frame_index).collect::<Vec<_>>(), [5]);
+    // Frame 4 never came: 3 and 5 are no neighbours.
+    assert!(last[0].outcome.as_ref().unwrap().diagnostics.notes.is_empty());
 
     let out = run(&rig, &frames[..4], &v);
     assert!(matches!(out[2].outcome, Err(ReconError::EmptyMask { frame: 2, .. })));
@@ -336,7 +338,9 @@ fn flicker_mm(step: DVec3, denoise: bool) -> [f64; 2] {
             }
         }
     }
-    let v = LUO.with("labels", "48").unwrap().with("denoise", &denoise.to_string()).unwrap();
+    // 15 mm are 21 pixels of a VGA camera, and 42 mm of this one: noise comes in patches of so many pixels.
+    let v = LUO.with("labels", "32").unwrap().with("node_spacing_mm", "42").unwrap();
+    let v = v.with("denoise", &denoise.to_string()).unwrap();
     let out = run(&rig, &frames, &v);
     let error = |k: usize, i: usize| {
         let mut camera = rig.cameras[0].clone();

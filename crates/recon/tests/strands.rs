@@ -315,4 +315,34 @@ fn the_template_covers_more_than_the_frame_and_follows_it() {
     println!("{at_first:.3} mm off the first frame, {last:.3} mm after five; the seed went to {seed}");
     assert!(last < 0.1, "{last} mm off after five frames");
     assert!(seed.distance(Vec3::new(10.0, 5.0, 72.5)) < 0.5, "the seed went to {seed}");
+
+    // Ripples 20 mm long are too fine for nodes 15 mm apart; the detail along normals takes them up, λ (2π 4/20)² = 0.16
+    // of them being left by each of three frames.
+    let smooth = ball(&c, shift, 0.8);
+    let mut map = smooth.depth.clone();
+    for y in 0..180 {
+        for x in 0..200 {
+            let z = map.get(x, y).map(|z| z - 1.5 * (x as f32 * 1.17 * std::f32::consts::TAU / 20.0).sin());
+            map.set(x, y, z);
+        }
+    }
+    let rippled = FrameSurface::new(&c, 3, map, 10.0).unwrap();
+    let left = |t: &Template| {
+        let cap = t.points().iter().filter(|p| p.x.hypot(p.y) < 0.5 * RADIUS_MM);
+        let mut all: Vec<f64> = cap
+            .map(|p| {
+                let (q, z) = c.project(*p).unwrap();
+                (z - rippled.depth_at(q, 10.0).unwrap()).abs()
+            })
+            .collect();
+        all.sort_by(f64::total_cmp);
+        common::quantile(&all, 0.95)
+    };
+    let before = left(&template);
+    for _ in 0..3 {
+        template.track(&c, &rippled, &Silent).unwrap();
+    }
+    let after = left(&template);
+    println!("ripples: {before:.3} mm off before, {after:.3} mm after");
+    assert!(before > 1.0 && after < 0.2, "{before} mm before, {after} mm after");
 }

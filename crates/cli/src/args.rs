@@ -96,6 +96,31 @@ and said. Close other programs: ratios bear a busy machine, seconds do not.")]
 
 Reads .hair, .data, .ply and .tfx; writes .hair, .data, .ply or .obj by OUT's ending, and a picture beside it.")]
     Import(ImportArgs),
+    /// The renderer against other programs: Mitsuba 3, Embree, and a second writing of the fibre model
+    #[command(after_help = "Examples:
+  strandbench crosscheck                            cameras, geometry, scattering, direct light: a minute
+  strandbench crosscheck --level 4                  images, by their statistics: some minutes
+  strandbench crosscheck --level 1 --full           two million rays
+
+Makes a Python environment with Mitsuba in the user's cache folder on first use (or takes the Python named in
+STRANDBENCH_PYTHON, if it has it). Without Python, every check is ignored, with the reason, and none passes; where
+the environment variable CI is set that is an error. DRJIT_LIBLLVM_PATH names libLLVM 19 or 22 for faster images.
+
+Exit code 0: no check failed. 1: at least one did.")]
+    Crosscheck(CrosscheckArgs),
+}
+
+#[derive(ClapArgs, Debug)]
+pub struct CrosscheckArgs {
+    /// 0 cameras, 1 geometry, 2 scattering, 3 direct light, 4 images; may be repeated [default: 0 to 3]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=4))]
+    pub level: Vec<u8>,
+    /// More rays, larger grids, larger images
+    #[arg(long)]
+    pub full: bool,
+    /// Where the report goes
+    #[arg(long, default_value = "strandbench-out/crosscheck", value_name = "DIR")]
+    pub out: PathBuf,
 }
 
 /// Which scenes.

@@ -35,13 +35,14 @@ pub fn run(args: &Args) -> Result<bool> {
                 Command::Score(a) => score(a, &show, json),
                 Command::Report(a) => report(a, &show, json),
                 Command::Import(a) => import(a, &show, json),
+                Command::Crosscheck(a) => crate::crosscheck::crosscheck(a, &show, json),
                 Command::Scenes(_) | Command::Variants(_) => unreachable!("answered above"),
             }
         }
     }
 }
 
-fn print_json(value: &serde_json::Value) -> Result<bool> {
+pub(crate) fn print_json(value: &serde_json::Value) -> Result<bool> {
     println!("{}", serde_json::to_string_pretty(value)?);
     Ok(true)
 }

@@ -3,11 +3,13 @@
 mod args;
 mod bench;
 mod commands;
+mod crosscheck;
 mod progress;
 mod table;
 
 use clap::Parser;
 use std::process::ExitCode;
+use strandbench_crosscheck::CrossError;
 use strandbench_suite::SuiteError;
 
 /// Entry point; returns the exit code: 0 for success, 1 for a failure, 2 for wrong arguments, 130 when stopped.
@@ -17,8 +19,10 @@ pub fn main() -> ExitCode {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::FAILURE,
         Err(error) => {
-            let cancelled =
-                error.downcast_ref::<SuiteError>().is_some_and(|e| matches!(e, SuiteError::Cancelled));
+            let cancelled = error
+                .downcast_ref::<SuiteError>()
+                .is_some_and(|e| matches!(e, SuiteError::Cancelled))
+                || error.downcast_ref::<CrossError>().is_some_and(|e| matches!(e, CrossError::Cancelled(_)));
             eprintln!("strandbench: {error:#}");
             ExitCode::from(if cancelled { 130 } else { 1 })
         }

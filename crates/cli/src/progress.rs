@@ -45,6 +45,11 @@ impl Show {
         self.quiet
     }
 
+    /// Takes the bar off the terminal.
+    pub fn clear(&self) {
+        self.bar().finish_and_clear();
+    }
+
     /// A line for people.
     pub fn say(&self, text: &str) {
         if !self.quiet {

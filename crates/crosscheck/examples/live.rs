@@ -10,9 +10,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         size: if full { Size::Full } else { Size::Quick },
         out: std::env::temp_dir().join("strandbench-crosscheck"),
         python: None,
+        required: true,
     };
     let outcome = run(&options, &strandbench_types::Silent)?;
-    println!("{}", outcome.versions);
+    println!("{}", strandbench_crosscheck::write_report(&outcome, &options.out)?.display());
     for j in &outcome.judged {
         for g in &j.gates {
             println!("{g}\n{:>20}{}", "", g.note);

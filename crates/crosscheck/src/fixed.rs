@@ -48,13 +48,14 @@ pub fn single() -> StrandSet {
     set
 }
 
-/// Two fibres of 0.5 mm radius that cross 1.2 mm apart, and a third that runs into one of them.
+/// Two fibres of 0.5 mm radius that cross 1.2 mm apart, and a third that runs into one of them. Their ends lie outside
+/// the view: ours are spheres and Mitsuba's open.
 pub fn crossing() -> StrandSet {
     let mut set = StrandSet::new();
     let line = |from: Vec3, to: Vec3| (0..7).map(|k| from.lerp(to, k as f32 / 6.0)).collect::<Vec<_>>();
-    set.push(&line(Vec3::new(-14.0, -9.0, 0.0), Vec3::new(14.0, 9.0, 0.0)), 0.5);
-    set.push(&line(Vec3::new(-14.0, 9.0, 1.2), Vec3::new(14.0, -9.0, 1.2)), 0.5);
-    set.push(&line(Vec3::new(2.0, -16.0, -3.0), Vec3::new(-1.0, 16.0, 3.5)), 0.4);
+    set.push(&line(Vec3::new(-28.0, -18.0, 0.0), Vec3::new(28.0, 18.0, 0.0)), 0.5);
+    set.push(&line(Vec3::new(-28.0, 18.0, 1.2), Vec3::new(28.0, -18.0, 1.2)), 0.5);
+    set.push(&line(Vec3::new(3.0, -24.0, -4.5), Vec3::new(-2.0, 24.0, 5.25)), 0.4);
     set
 }
 
@@ -168,7 +169,8 @@ fn on_a_fibre(strands: &StrandSet, rng: &mut Rng) -> (DVec3, DVec3) {
 }
 
 /// `count` each of: rays from a sphere of 150 mm towards the strands; rays that leave a fibre's surface in a
-/// random direction; shadow rays from there to one of three places. Cut out of three kinds in turn.
+/// random direction; shadow rays from there to one of three distant places or to a place on another fibre, so that
+/// there is something to meet shortly before and shortly beyond their end. The kinds take turns.
 pub fn scattered_rays(strands: &StrandSet, count: u32) -> Rays {
     let mut rays = Rays::default();
     let lights =
@@ -182,7 +184,8 @@ pub fn scattered_rays(strands: &StrandSet, count: u32) -> Rays {
         let away = unit(&mut rng);
         rays.push(start, if away.dot(normal) < 0.0 { -away } else { away }, f32::INFINITY);
         let (start, _) = on_a_fibre(strands, &mut rng);
-        let to = lights[i as usize % 3] - start;
+        let (place, _) = on_a_fibre(strands, &mut rng);
+        let to = lights.get(i as usize % 4).unwrap_or(&place) - start;
         rays.push(start, to, to.length() as f32);
     }
     rays

@@ -18,6 +18,7 @@ mod geometry;
 mod images;
 mod python;
 mod referee;
+mod report;
 mod run;
 mod setting;
 mod stats;
@@ -28,6 +29,7 @@ pub use error::CrossError;
 pub use gate::{Gate, Verdict};
 pub use images::Pictures;
 pub use python::Witness;
+pub use report::{as_json, write_report};
 pub use run::{Judged, Options, Outcome, run};
 
 /// How much is compared.

@@ -2,7 +2,7 @@
 
 use crate::{Case, CrossError, Gate, Pictures, Size, Verdict, Witness, cases, judge_with_pictures};
 use serde_json::Value;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 use strandbench_types::Monitor;
 
@@ -17,6 +17,8 @@ pub struct Options {
     pub out: PathBuf,
     /// A Python that has the witnesses; found or made if absent.
     pub python: Option<PathBuf>,
+    /// Whether missing witnesses are an error, as in CI, instead of a reason to ignore every check.
+    pub required: bool,
 }
 
 /// One case: gates, and how long each side took.
@@ -57,11 +59,11 @@ impl Outcome {
     }
 }
 
-/// Runs the cases of the levels asked for. Where the witnesses are missing, every case is ignored with the
-/// reason, unless the environment variable `CI` is set.
+/// Runs the cases of the levels asked for. Where the witnesses are missing and not required, every case is
+/// ignored with the reason.
 ///
 /// # Errors
-/// If a job ends badly, the work is cancelled, or the witnesses are missing in CI.
+/// If a job ends badly, the work is cancelled, or the witnesses are missing and required.
 pub fn run(options: &Options, monitor: &dyn Monitor) -> Result<Outcome, CrossError> {
     std::fs::create_dir_all(&options.out).map_err(|e| CrossError::file(&options.out, e))?;
     let mut all = Vec::new();
@@ -70,7 +72,7 @@ pub fn run(options: &Options, monitor: &dyn Monitor) -> Result<Outcome, CrossErr
     }
     let witness = match Witness::find(options.python.as_deref(), &options.out, monitor) {
         Ok(witness) => witness,
-        Err(e @ CrossError::Missing { .. }) if std::env::var_os("CI").is_none() => {
+        Err(e @ CrossError::Missing { .. }) if !options.required => {
             return Ok(without_witness(all, &e.to_string()));
         }
         Err(e) => return Err(e),
@@ -108,7 +110,26 @@ fn without_witness(all: Vec<Case>, reason: &str) -> Outcome {
     }
 }
 
-/// The folder that the report goes to.
-pub fn report_path(out: &Path) -> PathBuf {
-    out.join("crosscheck.html")
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use strandbench_types::Silent;
+
+    #[test]
+    fn without_witnesses_nothing_passes_and_where_they_are_required_it_is_an_error() {
+        let out = tempfile::tempdir().unwrap();
+        let options = Options {
+            levels: vec![2, 3],
+            size: Size::Quick,
+            out: out.path().to_owned(),
+            python: Some("/nowhere/python".into()),
+            required: false,
+        };
+        let outcome = run(&options, &Silent).unwrap();
+        assert!(outcome.missing.as_ref().is_some_and(|m| m.contains("mitsuba==")), "{:?}", outcome.missing);
+        assert_eq!(outcome.gates().count(), 4);
+        assert_eq!(outcome.count(|v| matches!(v, Verdict::Ignored(_))), 4);
+        let e = run(&Options { required: true, ..options }, &Silent).unwrap_err();
+        assert!(matches!(e, CrossError::Missing { .. }), "{e}");
+    }
 }

@@ -52,11 +52,14 @@ fn venv_bin(root: &Path) -> PathBuf {
     root.join(".venv").join(if cfg!(windows) { "Scripts" } else { "bin" })
 }
 
-/// Makes `.venv` from the pinned requirements, once per content of the requirements file. The interpreter, or
+/// Makes `.venv` from the pinned requirements, once per content of the requirements files: the oracles' and the
+/// cross-check's. The interpreter, or
 /// nothing (said aloud) on a machine without Python; in CI it must be there.
 fn setup(root: &Path) -> Result<Option<PathBuf>> {
-    let requirements = root.join("crates/xtask/requirements.txt");
-    let wanted = std::fs::read_to_string(&requirements).context("reading requirements.txt")?;
+    let lists = ["crates/xtask/requirements.txt", "renderer/mitsuba/requirements.txt"].map(|f| root.join(f));
+    let read =
+        |list: &PathBuf| std::fs::read_to_string(list).with_context(|| format!("reading {}", list.display()));
+    let wanted = lists.iter().map(read).collect::<Result<String>>()?;
     let python = venv_bin(root).join("python");
     let stamp = root.join(".venv/installed-requirements.txt");
     if std::fs::read_to_string(&stamp).is_ok_and(|have| have == wanted) && python.exists() {
@@ -65,15 +68,17 @@ fn setup(root: &Path) -> Result<Option<PathBuf>> {
     let made = run(Command::new("python3").args(["-m", "venv", "--clear", ".venv"]).current_dir(root))
         .and_then(|()| {
             run(Command::new(&python)
-                .args(["-m", "pip", "--quiet", "--disable-pip-version-check", "install", "-r"])
-                .arg(&requirements))
+                .args(["-m", "pip", "--quiet", "--disable-pip-version-check", "install"])
+                .args(lists.iter().flat_map(|list| ["-r".as_ref(), list.as_os_str()])))
         })
         .and_then(|()| std::fs::write(&stamp, &wanted).context("writing the stamp"));
     match made {
         Ok(()) => Ok(Some(python)),
         Err(e) if std::env::var_os("CI").is_some() => Err(e.context("CI needs Python 3 with venv and pip")),
         Err(e) => {
-            eprintln!("ignored, no Python environment ({e:#}): oracle tests and licence checks will not run");
+            eprintln!(
+                "ignored, no Python environment ({e:#}): oracle tests, the cross-check with Mitsuba and licence checks will not run"
+            );
             Ok(None)
         }
     }

@@ -83,14 +83,14 @@ fn the_catalogue_has_the_three_kinds_of_the_paper_a_control_and_every_kind_of_mo
 #[test]
 fn lengths_and_roots_are_kept_and_identity_too_on_every_scene() {
     for entry in moving_catalog() {
-        let mut s = spec(entry.name, 150, 40, 36);
+        let mut s = spec(entry.name, 150, 24, 36);
         let motion = s.motion.as_mut().unwrap();
         if let Some(wind) = &mut motion.wind {
             (wind.start_s, wind.end_s) = (0.0, 1e9);
         }
         let frames = simulate(&s);
         let first = build(&s, 1, None).unwrap();
-        assert_eq!(frames[0].scene.strands.points, first.strands.points, "{}", entry.name);
+        assert!(frames[0].scene.strands.points == first.strands.points, "{}", entry.name);
         for f in &frames {
             let strands = &f.scene.strands;
             assert_eq!(

@@ -23,8 +23,15 @@ pub(crate) struct HeadTurn {
 
 enum Solid {
     Embedded(Head),
-    Mesh { bvh: MeshBvh, field: Sdf, support: Sdf, roughness: Roughness },
+    Mesh(Box<Mesh>),
     Nothing,
+}
+
+struct Mesh {
+    bvh: MeshBvh,
+    field: Sdf,
+    support: Sdf,
+    roughness: Roughness,
 }
 
 /// How wrong the sampled distance field may be near the skin: ears are thinner than its cells.
@@ -125,7 +132,8 @@ impl Body {
         let support = field.blurred(3);
         let (a, b) = (low - margin, high + margin);
         let roughness = Roughness::new(a, b, cell, |p| field.sample(p).0, |p| bvh.closest(p, None).distance);
-        Body { solid: Solid::Mesh { bvh, field, support, roughness }, scale, pivot_mm }
+        let mesh = Mesh { bvh, field, support, roughness };
+        Body { solid: Solid::Mesh(Box::new(mesh)), scale, pivot_mm }
     }
 
     /// How far a place of the body at rest takes part in the head's motion, 0..1.
@@ -227,7 +235,7 @@ impl Body {
         let (rest, _) = self.uncarried(turn, p);
         let error = match &self.solid {
             Solid::Embedded(_) => head_roughness().at(rest / self.scale) * self.scale,
-            Solid::Mesh { roughness, .. } => roughness.at(rest),
+            Solid::Mesh(m) => m.roughness.at(rest),
             Solid::Nothing => 0.0,
         };
         (self.rest_gap(rest).0, error)
@@ -258,7 +266,7 @@ impl Body {
     pub fn rest_gap(&self, p: Vec3) -> (f32, Vec3) {
         match &self.solid {
             Solid::Embedded(head) => head.distance(p),
-            Solid::Mesh { field, .. } => field.sample(p),
+            Solid::Mesh(m) => m.field.sample(p),
             Solid::Nothing => (f32::INFINITY, Vec3::Y),
         }
     }
@@ -266,8 +274,8 @@ impl Body {
     pub fn exact_rest_gap(&self, p: Vec3) -> (f32, Vec3) {
         match &self.solid {
             Solid::Embedded(head) => head.exact_distance(p),
-            Solid::Mesh { bvh, .. } => {
-                let c = bvh.closest(p, None);
+            Solid::Mesh(m) => {
+                let c = m.bvh.closest(p, None);
                 (c.distance, c.normal)
             }
             Solid::Nothing => (f32::INFINITY, Vec3::Y),
@@ -277,7 +285,7 @@ impl Body {
     pub fn rest_support(&self, p: Vec3) -> (f32, Vec3) {
         match &self.solid {
             Solid::Embedded(head) => head.support(p),
-            Solid::Mesh { support, .. } => support.sample(p),
+            Solid::Mesh(m) => m.support.sample(p),
             Solid::Nothing => (f32::INFINITY, Vec3::Y),
         }
     }

@@ -83,7 +83,9 @@ fn strand(
         let length = segment.length();
         let turn = blended(&leads[..n], s + 0.5 * length);
         s += length;
-        let mut next = p + rotate(&turn, segment);
+        // What has not moved keeps its bits.
+        let still = turn == [0.0, 0.0, 0.0, 1.0] && p == rest[j - 1];
+        let mut next = if still { rest[j] } else { p + rotate(&turn, segment) };
         free -= length * NECK_STRETCH;
         if free < KNOWN_MM {
             (next, free) = clear(body, head, rest[j], p, next, length);

@@ -216,7 +216,7 @@ fn seeds_fall_on_strong_places_and_in_the_layer() {
     assert_eq!(inner.len(), P.interior_seeds);
     for p in &inner {
         let d = distance.at(*p).unwrap();
-        assert!(d <= 0.0 && d >= -P.layer_mm, "{p}: {d}");
+        assert!((-P.layer_mm..=0.0).contains(&d), "{p}: {d}");
     }
     // Uniform by volume: half of a shell from 55 to 80 mm lies outside the radius (55³ / 2 + 80³ / 2)^(1/3).
     let half = ((55f64.powi(3) + 80f64.powi(3)) * 0.5).cbrt();

@@ -113,7 +113,7 @@ fn lengths_and_roots_are_kept_and_identity_too_on_every_scene() {
         }
         let still = entry.name == "moving-still";
         let moved = drift(&frames);
-        assert!(if still { moved < 0.01 } else { moved > 20.0 }, "{}: {moved} mm", entry.name);
+        assert!(if still { moved < 0.01 } else { moved > 5.0 }, "{}: {moved} mm", entry.name);
     }
 }
 
@@ -221,7 +221,7 @@ fn a_cache_gives_any_frame_with_the_simulations_bits() {
     for i in [11u32, 0, 5] {
         let f = cache.frame(i).unwrap();
         let same = &frames[i as usize];
-        assert_eq!(bits(&[f.clone()]), bits(std::slice::from_ref(same)));
+        assert_eq!(bits(std::slice::from_ref(&f)), bits(std::slice::from_ref(same)));
         assert_eq!((f.index, f.time_s, f.head), (i, same.time_s, same.head));
     }
     let beyond = cache.frame(12).unwrap_err().to_string();

@@ -97,7 +97,7 @@ impl Surroundings<'_> {
             let air = self.wind.at(x, self.time_s);
             let rub = self.solver.friction_per_s * around.crowd() * self.dt;
             let damp = self.solver.damping_per_s * self.dt;
-            let mut v = (v + around.velocity * rub) / (1.0 + rub + damp);
+            let mut v = (v + around.velocity * rub + air * damp) / (1.0 + rub + damp);
             v += self.drag(x, v, air, rod.tangent(k), around.density_per_mm2);
 
             if groomed.pile[k] > 0.0 {

@@ -108,8 +108,8 @@ pub struct MotionSolver {
     pub segment_mm: f64,
     /// Rate at which a fibre's velocity relative to the hair around it dies away, 1/s: friction between fibres.
     pub friction_per_s: f64,
-    /// Rate at which a fibre's velocity dies away besides, 1/s: what rubbing dissipates when a bundle of hair swings
-    /// as one. The drag of air comes on top, from the fibre's radius.
+    /// Rate at which a fibre's velocity relative to the air dies away, 1/s, besides the drag that follows from its
+    /// radius: what rubbing dissipates when a bundle of hair swings as one, and how wind takes the bundle along.
     pub damping_per_s: f64,
     /// Time constant of the fibre's inner (Kelvin-Voigt) damping, s.
     pub fibre_damping_s: f64,

@@ -288,7 +288,7 @@ mod tests {
         assert!(page.contains("1 of 2 gates failed") && !page.contains("All "));
         assert!(page.contains("c&lt;1&gt;") && page.matches("data:image/png").count() == 4);
         let ignored = Verdict::Ignored("no Python".into());
-        let page = html_page(&outcome(&[ignored.clone()]));
+        let page = html_page(&outcome(std::slice::from_ref(&ignored)));
         assert!(page.contains("1 checks were ignored") && !page.contains("passed."), "nothing passed");
         assert!(csv(&outcome(&[ignored])).contains(",\"a, \"\"b\"\"\",5e-1,,\"mm\",ignored,\"no Python\""));
     }

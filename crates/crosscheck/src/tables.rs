@@ -340,8 +340,7 @@ fn judge_marschner(
                     .map(|(a, b)| (a - b).abs())
                     .enumerate()
                     .fold((0, 0.0), |m, (i, d)| if d > m.1 { (i, d) } else { m });
-                // Written so that what is not a number is kept.
-                if !(off <= worst.0) {
+                if off > worst.0 || off.is_nan() {
                     let where_to = place(to_camera[at], to_light[at]);
                     worst = (off, format!("σ {}; furthest off at {where_to}", absorption[c]));
                 }

@@ -6,7 +6,9 @@ use strandbench_types::Silent;
 #[test]
 fn levels_0_to_3_live() {
     if std::env::var_os("STRANDBENCH_PYTHON").is_none() && std::env::var_os("CI").is_none() {
-        println!("ignored, no witnesses: run `cargo xtask test`, or set STRANDBENCH_PYTHON to a Python with Mitsuba");
+        println!(
+            "ignored, no witnesses: run `cargo xtask test`, or set STRANDBENCH_PYTHON to a Python with Mitsuba"
+        );
         return;
     }
     let out = tempfile::tempdir().unwrap();
@@ -29,5 +31,9 @@ fn levels_0_to_3_live() {
         .map(|g| format!("{g} ({})", g.note))
         .collect();
     assert!(failed.is_empty(), "\n{}", failed.join("\n"));
-    assert!(outcome.count(|v| *v == Verdict::Passed) > 40, "{} gates", outcome.count(|v| *v == Verdict::Passed));
+    assert!(
+        outcome.count(|v| *v == Verdict::Passed) > 40,
+        "{} gates",
+        outcome.count(|v| *v == Verdict::Passed)
+    );
 }

@@ -11,6 +11,7 @@ Works on numpy arrays (double precision) and, through `Ops`, on Dr.Jit's.
 """
 
 from dataclasses import dataclass, field
+from math import radians, sqrt  # Plain floats: numpy's scalars would turn Dr.Jit's arrays into their own.
 
 import numpy as np
 
@@ -33,10 +34,10 @@ class Optics:
     roots: str = "exact"
 
     def shift(self, p):
-        return np.radians(self.shift_r_deg) * (1.0, -0.5, -1.5)[p]
+        return radians(self.shift_r_deg) * (1.0, -0.5, -1.5)[p]
 
     def width(self, p):
-        return np.radians(self.width_r_deg) * (1.0, 0.5, 2.0)[p]
+        return radians(self.width_r_deg) * (1.0, 0.5, 2.0)[p]
 
 
 class Numpy:
@@ -48,7 +49,7 @@ class Numpy:
 
 
 def gaussian(ops, width, x):
-    return ops.exp(-0.5 * (x / width) * (x / width)) / (np.sqrt(2 * PI) * width)
+    return ops.exp(-0.5 * (x / width) * (x / width)) / (sqrt(2 * PI) * width)
 
 
 def clamped(ops, x, low=-1.0, high=1.0):
@@ -207,7 +208,7 @@ def smoothstep(ops, low, high, x):
 def trt_azimuth(ops, phi, perpendicular, parallel, cos_theta_t, optics, sigma, steps):
     """N_TRT with the caustics taken out and put back with a finite width (the procedure of section 5.2.2)."""
     index = perpendicular
-    width = np.radians(optics.caustic_width_deg)
+    width = radians(optics.caustic_width_deg)
     gamma_c, phi_c, bend = caustic(ops, index, optics.roots)
     two = index < 2.0
     span = ops.minimum(optics.caustic_limit, 2.0 * ops.sqrt(2.0 * width / ops.maximum(bend, 1e-9)))

@@ -14,7 +14,7 @@ struct Part {
     centres: Bounds,
     /// Splits above it.
     level: u32,
-    /// Whether it holds no primitive twice, as far as is known.
+    /// Whether it is known to hold few copies of any primitive.
     distinct: bool,
 }
 
@@ -61,24 +61,33 @@ fn partition(prims: &mut [Prim], upper: impl Fn(&Prim) -> bool) -> usize {
 /// What the builder asks of primitives beyond their boxes: bits that are equal for coincident ones alone.
 pub(super) type Key<'a> = dyn Fn(&Prim) -> [u32; 8] + Sync + 'a;
 
-/// Moves primitives that coincide with one of a lower identity to the end; the number of the others.
+/// Copies of one strand that are kept: a ray that leaves a segment passes it and its two neighbours, not a fourth.
+const OF_ONE: u32 = 4;
+
+/// Moves primitives that coincide with others to the end, but for those that can be the answer to a ray; the number
+/// of the others.
 ///
-/// Coincident primitives fall into leaves that every ray to one of them would have to test, and only the lowest of
-/// them can ever be the answer.
+/// Coincident primitives fall into leaves that every ray to one of them would have to test. The answer is the lowest
+/// identity that the ray does not pass ([`super::Skip`]): one of the lowest [`OF_ONE`] of the first strand, or, where
+/// the ray passes all of that strand, the lowest of the second.
 fn without_copies(prims: &mut [Prim], key: &Key) -> usize {
     let mut keyed: Vec<([u32; 8], Prim)> = prims.iter().map(|p| (key(p), *p)).collect();
     keyed.par_sort_unstable_by_key(|(key, p)| (*key, p.owner, p.item));
     let mut kept = 0;
-    let mut last = None;
     let mut copies = Vec::new();
-    for (key, p) in keyed {
-        if last == Some(key) {
-            copies.push(p);
-        } else {
-            prims[kept] = p;
-            kept += 1;
+    for same in keyed.chunk_by(|a, b| a.0 == b.0) {
+        let first = same[0].1.owner;
+        let (mut of_first, mut of_second) = (0, 0);
+        for &(_, p) in same {
+            let (count, most) = if p.owner == first { (&mut of_first, OF_ONE) } else { (&mut of_second, 1) };
+            if *count < most {
+                *count += 1;
+                prims[kept] = p;
+                kept += 1;
+            } else {
+                copies.push(p);
+            }
         }
-        last = Some(key);
     }
     prims[kept..].copy_from_slice(&copies);
     kept

@@ -81,6 +81,7 @@ fn row(text: &str) -> Result<Settings, String> {
         noise_target: target as f32,
         depth: depth as u32,
         indirect_every: every as u32,
+        clamp: 0.0,
         ..Settings::default()
     })
 }

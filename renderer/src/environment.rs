@@ -58,7 +58,7 @@ impl Sky {
         let mut total = 0.0f64;
         for (row, line) in texels.chunks_exact(width).enumerate() {
             let share = solid_share(row, height);
-            let sum: f64 = line.iter().map(|t| mean(t)).sum();
+            let sum: f64 = line.iter().map(mean).sum();
             let mut before = 0.0;
             columns.extend(line.iter().map(|t| {
                 before += mean(t);

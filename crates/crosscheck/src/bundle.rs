@@ -101,7 +101,7 @@ impl Bundle {
         self
     }
 
-    /// Adds three-vectors, indexed [i][xyz].
+    /// Adds three-vectors, indexed `[i][xyz]`.
     #[must_use]
     pub fn with_vec3(self, name: &str, values: &[Vec3]) -> Bundle {
         self.with(name, &[values.len(), 3], values.iter().flat_map(|v| v.to_array()))
@@ -135,7 +135,7 @@ impl Bundle {
         Ok(array.bytes.chunks_exact(size_of::<T>()).map(T::take).collect())
     }
 
-    /// Three-vectors, indexed [i][xyz]; `count` 0 stands for any number.
+    /// Three-vectors, indexed `[i][xyz]`; `count` 0 stands for any number.
     ///
     /// # Errors
     /// As [`Bundle::get`].

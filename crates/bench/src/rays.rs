@@ -46,7 +46,7 @@ impl Kind {
 /// The rays of one run.
 #[derive(Clone, Debug, Default)]
 pub struct RaySets {
-    /// Indexed [kind].
+    /// Indexed `[kind]`.
     pub sets: [Vec<Ray>; 3],
 }
 

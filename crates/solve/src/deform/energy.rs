@@ -165,7 +165,7 @@ impl Deformer {
         g.linear[i] * (g.rest[j] - g.rest[i]) + g.rest[i] + g.offset[i] - g.rest[j] - g.offset[j]
     }
 
-    /// Half the gradient of the energy, Jᵀr, indexed [unknown], and the lower triangle of half its Gauss-Newton
+    /// Half the gradient of the energy, Jᵀr, indexed `[unknown]`, and the lower triangle of half its Gauss-Newton
     /// matrix, JᵀJ, in the solver's pattern.
     pub fn linearise(&mut self, aims: &[Option<Aim>], w: &Weights) -> (&[f64], &[f64]) {
         assert_eq!(aims.len(), self.points.len(), "one aim a point");

@@ -127,7 +127,8 @@ fn hair_hides_the_scalp_but_for_the_line_of_a_parting() {
             // Hair combed straight away from the line leaves exp(-2 r ρ d) bare at a distance d: 27 % at 10 mm
             // with 1.6 fibres of 0.08 mm to a square millimetre. Hair combed along it hides more.
             let (line, beside) = (bare_percent(&p, 0.0..3.0), bare_percent(&p, 8.0..12.0));
-            assert!(line > 25.0, "{name}: the parting is not seen: {line:.0} %");
+            // Where nothing parts the hair the line is as bare as the rest.
+            assert!(line > 5.0 * beyond.max(1.0), "{name}: the parting is not seen: {line:.0} %");
             assert!(beside < 27.0, "{name}: {beside:.0} % is bare 10 mm from the parting");
         }
     }

@@ -26,6 +26,7 @@ mod strands;
 mod tfx;
 mod truth;
 mod usc_data;
+pub mod usd;
 mod visibility;
 
 pub use atomic::{atomic_folder, atomic_write};

@@ -70,17 +70,20 @@ pub fn read_mesh(path: &Path) -> Result<TriMesh> {
     Ok(mesh)
 }
 
-/// Writes a mesh as `.ply` (binary) or `.obj` by ending, atomically; vertices survive bit for bit.
+/// Writes a mesh as `.ply` (binary), `.obj` or `.usda` ([`crate::usd::write_mesh`]) by ending, atomically; vertices
+/// survive bit for bit.
 ///
 /// # Errors
-/// If the mesh is not valid, the ending is neither, or the file cannot be written.
+/// If the mesh is not valid, the ending is none of them, or the file cannot be written.
 pub fn write_mesh(path: &Path, mesh: &TriMesh) -> Result<()> {
     mesh.validate().map_err(|e| IoError::new(path, format!("not written: {e}; repair the mesh first")))?;
     let bytes = match ending(path).as_str() {
         "ply" => encode_ply_mesh(mesh),
         "obj" => encode_obj_mesh(mesh),
+        "usda" => return crate::usd::write_mesh(path, mesh, None),
         other => {
-            return Err(IoError::new(path, format!("cannot write a mesh as {other:?}; use .ply or .obj")));
+            let fault = format!("cannot write a mesh as {other:?}; use .ply, .obj or .usda");
+            return Err(IoError::new(path, fault));
         }
     };
     atomic_write(path, |w| w.write_all(&bytes))

@@ -82,20 +82,25 @@ pub fn read_strands(path: &Path, options: &ImportOptions) -> Result<(StrandSet, 
 }
 
 /// Writes strands by the path's ending, atomically: `.hair` (points and radii bit for bit), `.ply` (the same,
-/// with edges), `.data` and `.obj` (points only).
+/// with edges), `.usda` (the same, as [`crate::usd::write_strands`]; not read back), `.data` and `.obj` (points only).
 ///
 /// # Errors
 /// If the strands are not valid, the file cannot be written or the ending is unknown.
 pub fn write_strands(path: &Path, strands: &StrandSet) -> Result<()> {
     let refuse = |e: String| IoError::new(path, format!("not written: {e}"));
     strands.validate().map_err(|e| refuse(e.to_string()))?;
+    if ending(path) == "usda" {
+        return crate::usd::write_strands(path, strands, None, None);
+    }
     let bytes = match ending(path).as_str() {
         "hair" => encode_hair(strands).map_err(|e| e.in_file(path))?,
         "data" => encode_usc_data(strands),
         "ply" => encode_ply_strands(strands),
         "obj" => encode_obj_strands(strands),
         other => {
-            return Err(refuse(format!("{other:?} is not a strand format; use .hair, .ply, .data or .obj")));
+            return Err(refuse(format!(
+                "{other:?} is not a strand format; use .hair, .ply, .usda, .data or .obj"
+            )));
         }
     };
     atomic_write(path, |w| w.write_all(&bytes))

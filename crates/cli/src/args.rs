@@ -3,6 +3,7 @@
 use clap::{Args as ClapArgs, Parser, Subcommand};
 use std::path::PathBuf;
 use strandbench_suite::Setting;
+use strandbench_suite::sequence::Frames;
 
 /// A benchmark for multi-view hair reconstruction: renders hair whose geometry is known, lets a method
 /// reconstruct it from the images alone, and scores what comes back.
@@ -53,12 +54,16 @@ pub enum Command {
   strandbench run --scene my-scene.toml --seed 7
   strandbench run --hair straight.hair --scale-mm 2.5 --up z --forward y --head head.ply --radius-mm 0.04
   strandbench run --set render.samples_per_pixel=16 --set scene.rig.azimuth_deg=180
+  strandbench run --scene moving-straight-blonde --variant luo-strands --frames 40..60
+
+A moving scene is rendered, reconstructed and scored frame by frame; interrupted, the same command goes on where it
+stopped. Its report has a player.
 
 Exit code 0: every cell was scored. 1: at least one failed (its row says why). 130: stopped by Ctrl-C.")]
     Run(RunArgs),
     /// Render a scene: images for the method, truth for the scorer
     Render(RenderArgs),
-    /// Reconstruct the frame of a render folder; the truth beside it is never read
+    /// Reconstruct the frame (or frames) of a render folder; the truth beside it is never read
     #[command(after_help = "Example:
   strandbench reconstruct strandbench-out/straight-blonde/render --variant luo-ncc")]
     Reconstruct(ReconstructArgs),
@@ -129,7 +134,7 @@ pub struct SceneArgs {
     /// A scene of the catalogue by name, or a .toml file; may be repeated
     #[arg(long, value_name = "NAME|FILE.toml")]
     pub scene: Vec<String>,
-    /// Every scene of the catalogue
+    /// Every scene of the catalogue that does not move
     #[arg(long, conflicts_with = "scene")]
     pub all: bool,
     /// Real strands from a .hair, .data, .ply or .tfx file instead of a scene
@@ -140,6 +145,9 @@ pub struct SceneArgs {
     /// Change one value: scene.KEY=VALUE, render.KEY=VALUE or recon.KEY=VALUE; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = parse_setting)]
     pub settings: Vec<Setting>,
+    /// Frames of a moving scene: A..B (without B), A.., ..B, or how many [default: all]
+    #[arg(long, value_name = "A..B", conflicts_with = "hair")]
+    pub frames: Option<Frames>,
     /// Seed of hair, sampling, sensor noise and nulls
     #[arg(long, default_value_t = 1)]
     pub seed: u64,

@@ -11,6 +11,7 @@ use serde_json::json;
 use std::path::{Path, PathBuf};
 use strandbench_io::{ImportOptions, PRESETS};
 use strandbench_recon::VARIANTS;
+use strandbench_suite::sequence::{self, ALL_FRAMES, Sequence};
 use strandbench_suite::{
     Cell, Done, ESTIMATE, FRAME, Lock, Method, Part, Places, SceneJob, Setting, SuiteError, TRUTH,
 };
@@ -113,6 +114,7 @@ fn cells(args: &SceneArgs, variants: &[String]) -> Result<Vec<Cell>> {
                 settings: settings.clone(),
                 suffix: suffix(args),
                 seed: args.seed,
+                frames: args.frames,
                 time_limit_s: None,
             });
         }
@@ -154,8 +156,16 @@ fn render(args: &RenderArgs, show: &Show, json: bool) -> Result<bool> {
     let _lock = Lock::take(&args.scene.out)?;
     let mut done = Vec::new();
     for cell in &cells {
+        let (scene, settings, seed) = (&cell.scene, &cell.settings, cell.seed);
         let folder = cell.places(&args.scene.out).render;
-        done.push(strandbench_suite::render(&cell.scene, &cell.settings, cell.seed, &folder, show)?);
+        if scene.moves() {
+            let frames = cell.frames.unwrap_or_default();
+            done.push(sequence::render_sequence(scene, settings, seed, frames, &folder, show)?.whole());
+        } else if cell.frames.is_some() {
+            bail!("scene {} has one pose: --frames is for moving scenes", scene.name);
+        } else {
+            done.push(strandbench_suite::render(scene, settings, seed, &folder, show)?);
+        }
     }
     tell(&done, show, json)
 }
@@ -188,6 +198,14 @@ fn reconstruct(args: &ReconstructArgs, show: &Show, json: bool) -> Result<bool> 
         bail!("--set {wrong}: only the method's parameters can be changed here");
     }
     let method = Method::find(&args.variant, &args.settings)?;
+    if Sequence::is(&args.folder) {
+        let out = match &args.out {
+            Some(out) => out.clone(),
+            None => beside(&args.folder, 1, &method.label)?.join("reconstruct"),
+        };
+        let stages = sequence::reconstruct_sequence(&args.folder, &method.variant, &out, show)?;
+        return tell(&[stages.whole()], show, json);
+    }
     let frame = if args.folder.join(FRAME).is_dir() { args.folder.join(FRAME) } else { args.folder.clone() };
     let out = match &args.out {
         Some(out) => out.clone(),
@@ -197,7 +215,31 @@ fn reconstruct(args: &ReconstructArgs, show: &Show, json: bool) -> Result<bool> 
     tell(&[strandbench_suite::reconstruct(&frame, &method.variant, &out, show)?], show, json)
 }
 
+/// Scores the frames of a variant folder, or of a folder of answers; `None` if the truth is not of a sequence.
+fn score_sequence(args: &ScoreArgs, show: &Show) -> Result<Option<Done>> {
+    let within = args.folder.join("reconstruct");
+    let (answers, variant) =
+        if within.is_dir() { (within, args.folder.clone()) } else { (args.folder.clone(), beside(&args.folder, 1, "")?) };
+    let render = match &args.truth {
+        Some(render) => render.clone(),
+        None => beside(&variant, 1, "render")?,
+    };
+    if !Sequence::is(&render) {
+        return Ok(None);
+    }
+    let seed = match args.seed {
+        Some(seed) => seed,
+        None => Sequence::open(&render)?.file.seed,
+    };
+    let out = args.out.clone().unwrap_or_else(|| variant.join("score"));
+    Ok(Some(sequence::score_sequence(&render, &answers, seed, &out, show)?.whole()))
+}
+
 fn score(args: &ScoreArgs, show: &Show, json: bool) -> Result<bool> {
+    if let Some(done) = score_sequence(args, show)? {
+        print_scores(&done.folder.join(ALL_FRAMES), show, json)?;
+        return tell(&[done], show, json);
+    }
     let candidates = [args.folder.join("reconstruct").join(ESTIMATE), args.folder.join(ESTIMATE)];
     let within = candidates.iter().position(|c| c.is_dir());
     let estimate = within.map_or_else(|| args.folder.clone(), |i| candidates[i].clone());
@@ -223,14 +265,20 @@ fn score(args: &ScoreArgs, show: &Show, json: bool) -> Result<bool> {
         None => strandbench_suite::read_render_file(render).map_or(1, |r| r.seed),
     };
     let done = strandbench_suite::score(&truth, &estimate, seed, &out, show)?;
+    print_scores(&done.folder, show, json)?;
+    tell(&[done], show, json)
+}
+
+/// The figures of a score folder as a table.
+fn print_scores(folder: &Path, show: &Show, json: bool) -> Result<()> {
     if !json && !show.quiet() {
-        let path = done.folder.join(strandbench_suite::SCORES);
+        let path = folder.join(strandbench_suite::SCORES);
         let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
         let file: strandbench_suite::ScoreFile =
             serde_json::from_str(&text).with_context(|| path.display().to_string())?;
         print!("{}", table::scores(&file.scores));
     }
-    tell(&[done], show, json)
+    Ok(())
 }
 
 fn report(args: &ReportArgs, show: &Show, json: bool) -> Result<bool> {
@@ -243,7 +291,13 @@ fn report(args: &ReportArgs, show: &Show, json: bool) -> Result<bool> {
     };
     let variant = std::path::absolute(&args.folder)?;
     let name = variant.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    tell(&[strandbench_suite::report::report(&Places::new(&render, &args.folder), &name, show)?], show, json)
+    let places = Places::new(&render, &args.folder);
+    let done = if Sequence::is(&render) {
+        strandbench_suite::report::sequence::report(&places, &name, show)?
+    } else {
+        strandbench_suite::report::report(&places, &name, show)?
+    };
+    tell(&[done], show, json)
 }
 
 fn import(args: &ImportArgs, show: &Show, json: bool) -> Result<bool> {
@@ -266,8 +320,7 @@ fn scenes(list: &ListArgs, json: bool) -> Result<bool> {
     let entry = |name: &str| SceneJob::open(name, &[]);
     match list {
         ListArgs::List => {
-            let jobs: Vec<SceneJob> = strandbench_scenes::catalog()
-                .iter()
+            let jobs: Vec<SceneJob> = strandbench_suite::all_scenes()
                 .map(|e| entry(e.name))
                 .collect::<Result<_, SuiteError>>()?;
             if json {
@@ -276,7 +329,7 @@ fn scenes(list: &ListArgs, json: bool) -> Result<bool> {
                     .map(|j| {
                         let s = j.spec();
                         json!({"name": j.name, "description": s.description, "difficulty": s.difficulty,
-                               "stresses": s.stresses, "strands": s.groom.as_ref().map(|g| g.strands),
+                               "stresses": s.stresses, "frames": s.motion.as_ref().map(|m| m.frames), "strands": s.groom.as_ref().map(|g| g.strands),
                                "default": j.name == strandbench_scenes::DEFAULT_SCENE})
                     })
                     .collect();

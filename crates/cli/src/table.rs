@@ -109,7 +109,8 @@ pub fn scenes(jobs: &[SceneJob]) -> String {
         let strands = s.groom.as_ref().map_or(String::new(), |g| format!("{} strands", g.strands));
         let mark = if job.name == strandbench_scenes::DEFAULT_SCENE { " (default)" } else { "" };
         let difficulty = format!("{:?}", s.difficulty).to_lowercase();
-        let _ = writeln!(text, "{:<24} {difficulty:<7} {strands:>14}{mark}", job.name);
+        let frames = s.motion.as_ref().map_or(String::new(), |m| format!(", {} frames", m.frames));
+        let _ = writeln!(text, "{:<24} {difficulty:<7} {strands:>14}{frames}{mark}", job.name);
         let _ = writeln!(text, "    {}", s.description);
         let _ = writeln!(text, "    stresses: {}", s.stresses);
     }

@@ -121,6 +121,19 @@ pub fn write_frame(dir: &Path, rig: &Rig, frame: &Frame) -> Result<()> {
 /// # Errors
 /// Names the missing or inconsistent file (a size other than the rig's, a missing camera, an empty mask).
 pub fn read_frame(dir: &Path) -> Result<(Rig, Frame)> {
+    read(dir, false)
+}
+
+/// Reads and validates a frame folder as [`read_frame`] does, but lets masks be empty: hair may leave the image for
+/// some frames of a sequence, and such a frame is one without an answer.
+///
+/// # Errors
+/// Names the missing or inconsistent file.
+pub fn read_frame_of_sequence(dir: &Path) -> Result<(Rig, Frame)> {
+    read(dir, true)
+}
+
+fn read(dir: &Path, may_be_empty: bool) -> Result<(Rig, Frame)> {
     check_folder(dir)?;
     let rig_path = dir.join("rig.json");
     let rig = parse_rig(&rig_path, &read_all(&rig_path)?)?;
@@ -157,7 +170,7 @@ pub fn read_frame(dir: &Path) -> Result<(Rig, Frame)> {
         let mask = read_png_grey(&mask_path)?;
         check_image(&mask_path, &mask, size)?;
         let mask = mask.map(|&v| v >= 0.5);
-        if !mask.data.contains(&true) {
+        if !may_be_empty && !mask.data.contains(&true) {
             return Err(IoError::new(
                 &mask_path,
                 format!(

@@ -10,13 +10,13 @@ use crate::rig_json::{check_rig, encode_rig, parse_rig};
 use crate::visibility::{encode_visibility, parse_visibility};
 use rayon::prelude::*;
 use std::path::Path;
-use strandbench_types::{DepthMap, Truth, ViewTruth};
+use strandbench_types::{DepthMap, Rig, Truth, ViewTruth};
 
 const RIG: &str = "truth_rig.json";
 const STRANDS: &str = "strands.hair";
 const VISIBILITY: &str = "visibility.bin";
 const HEAD: &str = "head.ply";
-const SUFFIX: &str = "_truth.exr";
+pub(crate) const SUFFIX: &str = "_truth.exr";
 
 /// Channels of `<name>_truth.exr`.
 const CHANNELS: [&str; 10] = [
@@ -45,16 +45,14 @@ pub fn write_truth(dir: &Path, truth: &Truth) -> Result<()> {
         dir,
         |name| [STRANDS, VISIBILITY, HEAD].contains(&name) || name.ends_with(SUFFIX),
         |tmp| {
-            truth.rig.cameras.par_iter().zip(&truth.views).try_for_each(|(camera, view)| {
-                write_view(&tmp.join(format!("{}{SUFFIX}", camera.name)), view)
-            })?;
+            write_views(tmp, truth)?;
             write_strands(&tmp.join(STRANDS), &truth.strands)?;
             let bytes = encode_visibility(&truth.visibility);
             atomic_write(&tmp.join(VISIBILITY), |w| w.write_all(&bytes))?;
             if let Some(head) = &truth.head {
                 write_mesh(&tmp.join(HEAD), head)?;
             }
-            atomic_write(&tmp.join(RIG), |w| w.write_all(encode_rig(&truth.rig).as_bytes()))
+            Ok(())
         },
     )
 }
@@ -64,14 +62,7 @@ pub fn write_truth(dir: &Path, truth: &Truth) -> Result<()> {
 /// # Errors
 /// Names the missing or inconsistent file.
 pub fn read_truth(dir: &Path) -> Result<Truth> {
-    check_folder(dir)?;
-    let path = dir.join(RIG);
-    let rig = parse_rig(&path, &read_all(&path)?)?;
-    let views = rig
-        .cameras
-        .par_iter()
-        .map(|c| read_view(&dir.join(format!("{}{SUFFIX}", c.name)), (c.width as usize, c.height as usize)))
-        .collect::<Result<Vec<_>>>()?;
+    let (rig, views) = read_views(dir)?;
     let strands = read_exact_hair(&dir.join(STRANDS))?;
     let path = dir.join(VISIBILITY);
     let visibility = parse_visibility(&read_all(&path)?).map_err(|e| e.in_file(&path))?;
@@ -84,6 +75,27 @@ pub fn read_truth(dir: &Path) -> Result<Truth> {
     let truth = Truth { rig, views, strands, visibility, head };
     check(dir, &truth)?;
     Ok(truth)
+}
+
+/// Writes `truth_rig.json` and each camera's `<name>_truth.exr`.
+pub(crate) fn write_views(tmp: &Path, truth: &Truth) -> Result<()> {
+    truth.rig.cameras.par_iter().zip(&truth.views).try_for_each(|(camera, view)| {
+        write_view(&tmp.join(format!("{}{SUFFIX}", camera.name)), view)
+    })?;
+    atomic_write(&tmp.join(RIG), |w| w.write_all(encode_rig(&truth.rig).as_bytes()))
+}
+
+/// Reads what [`write_views`] wrote.
+pub(crate) fn read_views(dir: &Path) -> Result<(Rig, Vec<ViewTruth>)> {
+    check_folder(dir)?;
+    let path = dir.join(RIG);
+    let rig = parse_rig(&path, &read_all(&path)?)?;
+    let views = rig
+        .cameras
+        .par_iter()
+        .map(|c| read_view(&dir.join(format!("{}{SUFFIX}", c.name)), (c.width as usize, c.height as usize)))
+        .collect::<Result<Vec<_>>>()?;
+    Ok((rig, views))
 }
 
 fn write_view(path: &Path, view: &ViewTruth) -> Result<()> {
@@ -131,7 +143,7 @@ fn read_view(path: &Path, (w, h): (usize, usize)) -> Result<ViewTruth> {
 }
 
 /// What parts of a truth must have in common.
-fn check(dir: &Path, truth: &Truth) -> Result<()> {
+pub(crate) fn check(dir: &Path, truth: &Truth) -> Result<()> {
     let bad = |fault: String| Err(IoError::new(dir, format!("{fault}; make the truth again")));
     let (views, cameras) = (truth.views.len(), truth.rig.cameras.len());
     if views != cameras {

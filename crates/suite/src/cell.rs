@@ -3,6 +3,7 @@
 use crate::report::PAGE;
 use crate::score::{SCORES, ScoreFile};
 use crate::stage::{Done, read_json};
+use crate::sequence::{ALL_FRAMES, Frames};
 use crate::{Cost, Method, SceneJob, SuiteError};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -23,6 +24,8 @@ pub struct Cell {
     pub suffix: String,
     /// Seed of hair, sampling, sensor noise and nulls.
     pub seed: u64,
+    /// Frames of a moving scene; all of them where absent.
+    pub frames: Option<Frames>,
     /// Longest that the cell may work, s; no limit without.
     pub time_limit_s: Option<f64>,
 }
@@ -133,14 +136,15 @@ pub struct Row {
 impl Row {
     /// Of a cell whose stages are done.
     pub(crate) fn finished(cell: &Cell, places: &Places, stages: &[Done]) -> Result<Row, SuiteError> {
-        let file: ScoreFile = read_json(&places.score.join(SCORES))?;
+        let score_dir = if cell.scene.moves() { places.score.join(ALL_FRAMES) } else { places.score.clone() };
+        let file: ScoreFile = read_json(&score_dir.join(SCORES))?;
         Ok(Row {
             protocol: file.protocol,
             scores: file.scores,
             costs: stages.iter().map(|d| (d.record.stage.clone(), d.record.cost)).collect(),
             reused: stages.iter().filter(|d| d.reused).map(|d| d.record.stage.clone()).collect(),
             report: Some(places.report.join(PAGE)),
-            score_dir: Some(places.score.clone()),
+            score_dir: Some(score_dir),
             ..Row::empty(cell, Outcome::Ok)
         })
     }

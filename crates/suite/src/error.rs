@@ -1,6 +1,7 @@
 //! Why a stage could not finish.
 
 use std::path::{Path, PathBuf};
+use strandbench_scenes::MotionError;
 
 /// Why a stage of the main job could not finish. Nothing that it would have replaced has been touched.
 #[derive(Debug, thiserror::Error)]
@@ -72,6 +73,9 @@ pub enum SuiteError {
     /// A scene that cannot be read or built.
     #[error(transparent)]
     SceneFile(#[from] strandbench_scenes::SceneError),
+    /// A motion that cannot be computed or read back.
+    #[error(transparent)]
+    Motion(MotionError),
     /// Stopped from outside.
     #[error("cancelled; unfinished folders are removed, finished ones stand")]
     Cancelled,
@@ -80,6 +84,15 @@ pub enum SuiteError {
 impl SuiteError {
     pub(crate) fn file(path: &Path, problem: impl std::fmt::Display) -> SuiteError {
         SuiteError::File { path: path.to_owned(), problem: problem.to_string() }
+    }
+}
+
+impl From<MotionError> for SuiteError {
+    fn from(e: MotionError) -> SuiteError {
+        match e {
+            MotionError::Cancelled(_) => SuiteError::Cancelled,
+            other => SuiteError::Motion(other),
+        }
     }
 }
 

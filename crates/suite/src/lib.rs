@@ -8,6 +8,8 @@
 //! OUT/<scene>/<variant>/report/       report.html  report.json  report.csv
 //! OUT/index.html, index.json          all cells of the last run, pooled
 //! ```
+//! A moving scene has such a folder for every frame: see [`sequence`].
+//!
 //! Each of these folders also holds `stage.json`: its key (a hash of inputs, parameters and code), a hash of
 //! every file in it, what it cost, and with which program and machine it was made.
 
@@ -29,6 +31,7 @@ mod render;
 pub mod report;
 mod scene_job;
 mod score;
+pub mod sequence;
 mod settings;
 mod stage;
 
@@ -42,7 +45,7 @@ pub use method::{Method, variants_table};
 pub use pool::{Summary, run_all};
 pub use reconstruct::{DIAGNOSTICS, ESTIMATE, reconstruct};
 pub use render::{FRAME, RENDER_FILE, RenderFile, TRUTH, read_render_file, render};
-pub use scene_job::SceneJob;
+pub use scene_job::{SceneJob, all_scenes};
 pub use score::{Curve, ERROR_CHANNEL, ERRORS, SCORES, ScoreFile, read_curve, score};
 pub use settings::{Part, Setting, render_settings};
 pub use stage::{Done, Progress, RECORD_FILE, Record, read_record};
@@ -62,6 +65,13 @@ pub fn run_cell(cell: &Cell, out: &Path, progress: &dyn Progress) -> Result<Row,
     let progress = &Deadline::new(progress, cell.time_limit_s);
     let places = cell.places(out);
     let stages = || -> Result<Vec<Done>, (&'static str, SuiteError)> {
+        if cell.scene.moves() {
+            return sequence::run_stages(cell, &places, progress);
+        }
+        if cell.frames.is_some() {
+            let problem = "has one pose: --frames is for moving scenes".to_owned();
+            return Err(("render", SuiteError::Scene { scene: cell.scene.name.clone(), problem }));
+        }
         let rendered = render(&cell.scene, &cell.settings, cell.seed, &places.render, progress)
             .map_err(|e| ("render", e))?;
 

@@ -83,16 +83,30 @@ pub fn render(
         progress.advance(1);
         progress.check()?;
         let metered = exposure::meter(job, &mut scene, settings, seed, progress)?;
-        render_scene(job, &scene, metered, settings, seed, dir, progress)
+        let shot = Shot { seed, noise_seed: seed, metered, frame: None };
+        render_shot(job, &scene, &shot, settings, dir, progress)
     })
 }
 
-fn render_scene(
+/// One exposure of all cameras.
+pub(crate) struct Shot {
+    /// Seed of the hair.
+    pub seed: u64,
+    /// Seed of sampling and of the sensor's noise.
+    pub noise_seed: u64,
+    /// The light meter's reading, for the record.
+    pub metered: Option<Metered>,
+    /// Index of a frame of a sequence. Of such a frame identity buffers, radiance and what the motion tells of the
+    /// truth are not kept, and cameras may see no hair.
+    pub frame: Option<u32>,
+}
+
+/// Renders a scene whose exposure is set into `dir`.
+pub(crate) fn render_shot(
     job: &SceneJob,
     scene: &Scene,
-    metered: Option<Metered>,
+    shot: &Shot,
     settings: &Settings,
-    seed: u64,
     dir: &Path,
     progress: &dyn Progress,
 ) -> Result<(), SuiteError> {
@@ -103,24 +117,31 @@ fn render_scene(
     let traced = RenderScene::new(scene).map_err(failed)?;
     let (mut images, mut hits, mut views) = (Vec::new(), Vec::new(), Vec::new());
     for (c, camera) in scene.rig.cameras.iter().enumerate() {
-        let render = traced.render(c, settings, seed, progress).map_err(failed)?;
+        let render = traced.render(c, settings, shot.noise_seed, progress).map_err(failed)?;
         progress.check()?;
-        let image = strandbench_renderer::expose(&scene.sensor, c, &render.radiance_rgb, seed);
-        write_view(dir, &camera.name, &scene.strands, &render)?;
+        let image = strandbench_renderer::expose(&scene.sensor, c, &render.radiance_rgb, shot.noise_seed);
+        if shot.frame.is_none() {
+            write_buffers(dir, &camera.name, &scene.strands, &render)?;
+        }
+        let picture = pictures::radiance(&render.radiance_rgb);
+        strandbench_io::write_png_rgb(&dir.join(format!("{}.png", camera.name)), &picture)?;
         images.push(image);
         views.push(render.stats);
         hits.push(render.hits);
     }
     drop(traced);
-    let (frame, truth) = frame_and_truth(job, scene, images, &hits)?;
+    let (frame, truth) = frame_and_truth(job, scene, images, &hits, shot.frame)?;
     drop(hits);
     progress.check()?;
     strandbench_io::write_frame(&dir.join(FRAME), &scene.calibrated_rig, &frame)?;
-    strandbench_io::write_truth(&dir.join(TRUTH), &truth)?;
+    match shot.frame {
+        None => strandbench_io::write_truth(&dir.join(TRUTH), &truth)?,
+        Some(_) => strandbench_io::write_truth_frame(&dir.join(TRUTH), &truth)?,
+    }
     let lengths_mm: f64 = (0..scene.strands.len()).map(|i| scene.strands.length_mm(i)).sum();
     let file = RenderFile {
         scene: job.name.clone(),
-        seed,
+        seed: shot.seed,
         toml: job.toml.clone(),
         settings: settings.clone(),
         strands: scene.strands.len(),
@@ -130,7 +151,7 @@ fn render_scene(
         optics: scene.optics,
         lights: scene.lights.clone(),
         sensor: scene.sensor.clone(),
-        metered,
+        metered: shot.metered,
         notes: job.notes.clone(),
         views,
     };
@@ -143,12 +164,13 @@ fn frame_and_truth(
     scene: &Scene,
     images: Vec<Plane<f32>>,
     hits: &[SampleHits],
+    index: Option<u32>,
 ) -> Result<(Frame, strandbench_types::Truth), SuiteError> {
     let head = scene.surfaces.first().map(|s| &s.mesh);
     let truth = strandbench_groundtruth::truth(&scene.rig, &scene.strands, head, hits)
         .map_err(|e| SuiteError::Truth { scene: job.name.clone(), problem: e.to_string() })?;
     let masks: Vec<Plane<bool>> = truth.views.iter().map(|v| v.mask.clone()).collect();
-    for (camera, mask) in scene.rig.cameras.iter().zip(&masks) {
+    for (camera, mask) in scene.rig.cameras.iter().zip(&masks).filter(|_| index.is_none()) {
         if !mask.data.iter().any(|&hair| hair) {
             let problem = format!(
                 "camera {} sees no hair (no pixel is covered by half); check the rig's distance, direction and \
@@ -158,13 +180,13 @@ fn frame_and_truth(
             return Err(SuiteError::Scene { scene: job.name.clone(), problem });
         }
     }
-    let frame = Frame { index: 0, images, masks };
+    let frame = Frame { index: index.unwrap_or(0), images, masks };
     frame.validate(&scene.rig).map_err(|problem| SuiteError::Render { scene: job.name.clone(), problem })?;
     Ok((frame, truth))
 }
 
-/// Linear radiance, the identity buffer and a picture for people.
-fn write_view(dir: &Path, camera: &str, strands: &StrandSet, render: &Render) -> Result<(), SuiteError> {
+/// Linear radiance and the identity buffer.
+fn write_buffers(dir: &Path, camera: &str, strands: &StrandSet, render: &Render) -> Result<(), SuiteError> {
     for sub in ["radiance", "identity"] {
         let path = dir.join(sub);
         std::fs::create_dir_all(&path).map_err(|e| SuiteError::file(&path, e))?;
@@ -174,8 +196,5 @@ fn write_view(dir: &Path, camera: &str, strands: &StrandSet, render: &Render) ->
         &dir.join(format!("radiance/{camera}.exr")),
         &[("R", &r), ("G", &g), ("B", &b), ("variance", &render.variance)],
     )?;
-    identity::write(&dir.join(format!("identity/{camera}.exr")), &render.hits, strands)?;
-    let picture = pictures::radiance(&render.radiance_rgb);
-    strandbench_io::write_png_rgb(&dir.join(format!("{camera}.png")), &picture)?;
-    Ok(())
+    Ok(identity::write(&dir.join(format!("identity/{camera}.exr")), &render.hits, strands)?)
 }

@@ -8,6 +8,7 @@ mod lines;
 mod page;
 mod rig;
 mod sections;
+pub mod sequence;
 mod tables;
 mod turntable;
 mod views;
@@ -92,12 +93,16 @@ pub fn report(places: &Places, variant: &str, progress: &dyn Progress) -> Result
     })
 }
 
-/// scene, variant and seed before the scorer's columns.
 fn csv(data: &Data) -> String {
+    csv_of(&data.render.scene, &data.variant, data.render.seed, &data.scores.scores)
+}
+
+/// scene, variant and seed before the scorer's columns.
+fn csv_of(scene: &str, variant: &str, seed: u64, scores: &[Score]) -> String {
     let mut text = format!("scene,variant,seed,{CSV_COLUMNS}\n");
-    let (scene, variant) = (csv_text(&data.render.scene), csv_text(&data.variant));
-    for s in &data.scores.scores {
-        text.push_str(&format!("{scene},{variant},{},{}\n", data.render.seed, csv_line(s)));
+    let (scene, variant) = (csv_text(scene), csv_text(variant));
+    for s in scores {
+        text.push_str(&format!("{scene},{variant},{seed},{}\n", csv_line(s)));
     }
     text
 }

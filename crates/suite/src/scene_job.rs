@@ -5,7 +5,7 @@ use crate::{SuiteError, framing, hash};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use strandbench_io::ImportOptions;
-use strandbench_scenes::{Scene, SceneSpec};
+use strandbench_scenes::{CatalogEntry, Scene, SceneSpec};
 
 /// A scene to render: its whole description as TOML with the overrides applied.
 #[derive(Clone, Debug)]
@@ -29,13 +29,13 @@ impl SceneJob {
     /// # Errors
     /// If there is no such scene, or its text has an unknown key or an impossible value.
     pub fn open(scene: &str, settings: &[Setting]) -> Result<SceneJob, SuiteError> {
-        let entry = strandbench_scenes::catalog().iter().find(|e| e.name == scene);
+        let entry = all_scenes().find(|e| e.name == scene);
         if let Some(entry) = entry {
             return SceneJob::from_toml(entry.name, Path::new(""), entry.toml, settings);
         }
         let path = Path::new(scene);
         if path.extension().is_none_or(|e| e != "toml") {
-            let names: Vec<&str> = strandbench_scenes::catalog().iter().map(|e| e.name).collect();
+            let names: Vec<&str> = all_scenes().map(|e| e.name).collect();
             let problem = format!("not in the catalogue ({}), and not a .toml file", names.join(", "));
             return Err(SuiteError::Scene { scene: scene.to_owned(), problem });
         }
@@ -145,12 +145,18 @@ impl SceneJob {
         sensor.is_none_or(|s| !s.contains_key("full_scale_radiance"))
     }
 
+    /// Whether the scene has more than one pose.
+    pub fn moves(&self) -> bool {
+        self.spec.motion.is_some()
+    }
+
     /// The scene as parsed.
     pub fn spec(&self) -> &SceneSpec {
         &self.spec
     }
 
-    fn base(&self) -> Option<&Path> {
+    /// Where relative file names start.
+    pub(crate) fn base(&self) -> Option<&Path> {
         self.path.parent()
     }
 
@@ -173,6 +179,11 @@ impl SceneJob {
         }
         Ok(inputs)
     }
+}
+
+/// The scenes that come with the program, those of one pose first.
+pub fn all_scenes() -> impl Iterator<Item = &'static CatalogEntry> {
+    strandbench_scenes::catalog().iter().chain(strandbench_scenes::moving_catalog())
 }
 
 /// The scene as TOML, its exposure left to the light meter.

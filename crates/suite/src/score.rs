@@ -5,7 +5,10 @@ use crate::{SuiteError, hash};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
-use strandbench_score::{ConfidenceBin, ErrorCurve, Score, ScoreError, ScoreSheet, WorstRegion};
+use strandbench_score::{
+    ConfidenceBin, ErrorCurve, Score, ScoreError, ScoreSheet, StrandGrid, StrandSheet, WorstRegion,
+};
+use strandbench_types::{Estimate, Truth};
 
 /// File with every figure.
 pub const SCORES: &str = "scores.json";
@@ -15,7 +18,7 @@ pub const ERRORS: &str = "errors.exr";
 pub const ERROR_CHANNEL: &str = "depth_error_mm";
 
 /// `scores.json`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ScoreFile {
     /// Protocol version and content hash.
@@ -32,6 +35,9 @@ pub struct ScoreFile {
     pub worst_region: Option<WorstRegion>,
     /// Segments of true strands too short to measure, left out.
     pub dropped_segments: u64,
+    /// Precision and recall of strands over distance and angle; empty if the method grew none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub grids: Vec<StrandGrid>,
 }
 
 /// Raw errors of one subject: a file of little-endian 32-bit floats, ascending, +inf for an absent answer
@@ -79,30 +85,49 @@ pub fn score(
     stage::run("score", out, inputs, progress, |dir| {
         let truth = strandbench_io::read_truth(truth_dir)?;
         let estimate = strandbench_io::read_estimate(estimate_dir)?;
-        let sheet = strandbench_score::score(&truth, &estimate, seed, progress).map_err(|e| match e {
-            ScoreError::Cancelled(_) => SuiteError::Cancelled,
-            other => SuiteError::Score { folder: estimate_dir.to_owned(), problem: other.to_string() },
-        })?;
-        write_sheet(dir, &sheet, seed)
+        write_scored(dir, &truth, &estimate, seed, estimate_dir, progress)
     })
 }
 
-fn write_sheet(dir: &Path, sheet: &ScoreSheet, seed: u64) -> Result<(), SuiteError> {
+/// Scores envelope and orientation, and strands if there are any, into `dir`; `named` stands in errors.
+pub(crate) fn write_scored(
+    dir: &Path,
+    truth: &Truth,
+    estimate: &Estimate,
+    seed: u64,
+    named: &Path,
+    progress: &dyn Progress,
+) -> Result<(), SuiteError> {
+    let refused = |e: ScoreError| match e {
+        ScoreError::Cancelled(_) => SuiteError::Cancelled,
+        other => SuiteError::Score { folder: named.to_owned(), problem: other.to_string() },
+    };
+    let sheet = strandbench_score::score(truth, estimate, seed, progress).map_err(refused)?;
+    let strands = match &estimate.strands {
+        Some(_) => Some(strandbench_score::score_strands(truth, estimate, seed, progress).map_err(refused)?),
+        None => None,
+    };
+    write_sheet(dir, &sheet, strands, seed)
+}
+
+fn write_sheet(
+    dir: &Path,
+    sheet: &ScoreSheet,
+    strands: Option<StrandSheet>,
+    seed: u64,
+) -> Result<(), SuiteError> {
     let mut raw: Vec<(&str, &str, &[f32])> = Vec::new();
     raw.extend(sheet.depth_error_curves.iter().map(|(subject, e)| ("A1", subject.as_str(), e.as_slice())));
     for (metric, all) in [("A5", &sheet.axis_error_curves), ("B7", &sheet.line_error_curves)] {
         raw.extend(all.iter().map(|c: &ErrorCurve| (metric, c.subject.as_str(), c.errors_deg.as_slice())));
     }
-    let mut curves = Vec::new();
-    for (metric, subject, errors) in raw {
-        let file = format!("errors_{metric}_{subject}.f32");
-        let bytes: Vec<u8> = errors.iter().flat_map(|e| e.to_le_bytes()).collect();
-        let path = dir.join(&file);
-        std::fs::write(&path, bytes).map_err(|e| SuiteError::file(&path, e))?;
-        let (metric, subject) = (metric.to_owned(), subject.to_owned());
-        curves.push(Curve { metric, subject, file, wanted: errors.len() });
+    let curves = write_curves(dir, &raw)?;
+    let mut scores = sheet.scores.clone();
+    let mut grids = Vec::new();
+    if let Some(strands) = strands {
+        scores.extend(strands.scores);
+        grids = strands.grids;
     }
-    let scores = sheet.scores.clone();
     let csv = dir.join("scores.csv");
     std::fs::write(&csv, scores_csv(&scores)).map_err(|e| SuiteError::file(&csv, e))?;
     let file = ScoreFile {
@@ -113,10 +138,25 @@ fn write_sheet(dir: &Path, sheet: &ScoreSheet, seed: u64) -> Result<(), SuiteErr
         orientation_by_confidence: sheet.orientation_by_confidence.clone(),
         worst_region: sheet.worst_region,
         dropped_segments: sheet.dropped_segments,
+        grids,
     };
     write_json(&dir.join(SCORES), &file)?;
     strandbench_io::write_exr(&dir.join(ERRORS), &[(ERROR_CHANNEL, &sheet.depth_error_mm)])?;
     Ok(())
+}
+
+/// Writes raw errors (metric, subject, ascending values), a file each.
+pub(crate) fn write_curves(dir: &Path, raw: &[(&str, &str, &[f32])]) -> Result<Vec<Curve>, SuiteError> {
+    let mut curves = Vec::new();
+    for &(metric, subject, errors) in raw {
+        let file = format!("errors_{metric}_{subject}.f32");
+        let bytes: Vec<u8> = errors.iter().flat_map(|e| e.to_le_bytes()).collect();
+        let path = dir.join(&file);
+        std::fs::write(&path, bytes).map_err(|e| SuiteError::file(&path, e))?;
+        let (metric, subject) = (metric.to_owned(), subject.to_owned());
+        curves.push(Curve { metric, subject, file, wanted: errors.len() });
+    }
+    Ok(curves)
 }
 
 /// Reads one subject's raw errors.

@@ -135,6 +135,11 @@ pub fn run(
     Ok(done)
 }
 
+/// Whether [`run`] would keep `folder` as it is.
+pub(crate) fn is_current(stage: &str, folder: &Path, inputs: &BTreeMap<String, String>) -> bool {
+    still_good(folder, stage, &hash::of_map(inputs), inputs).is_ok()
+}
+
 const TEMP_PREFIX: &str = ".strandbench-tmp-";
 
 /// Whether a folder may be replaced: it is absent or empty, has a record, or lies in an output folder that this

@@ -1,6 +1,7 @@
 //! B1 to B6: strands of one frame against the true ones.
 
 mod alignment;
+mod at_points;
 pub(crate) mod curves;
 mod free;
 mod identity;
@@ -13,6 +14,7 @@ mod shape;
 mod sheet;
 mod tree;
 
+pub use at_points::strand_point_errors_mm;
 pub use metrics::strand_metrics;
 pub use sheet::{StrandGrid, StrandSheet};
 

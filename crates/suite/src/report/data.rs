@@ -64,9 +64,14 @@ impl Data {
         })
     }
 
+    /// The figures.
+    pub fn figures(&self) -> Figures<'_> {
+        Figures(&self.scores.scores)
+    }
+
     /// The method's or a null's figure, where it stands in the table.
     pub fn score(&self, metric: &str, subject: &str) -> Option<&Score> {
-        self.scores.scores.iter().find(|s| s.metric == metric && s.subject == subject)
+        self.figures().score(metric, subject)
     }
 
     /// Subject and ascending errors of `A1` (mm), `A5` or `B7` (degrees).
@@ -82,10 +87,42 @@ impl Data {
 
     /// Subjects in the order in which the scorer names them.
     pub fn subjects(&self) -> Vec<&str> {
+        self.figures().subjects()
+    }
+}
+
+/// Figures of a table.
+#[derive(Clone, Copy)]
+pub(crate) struct Figures<'a>(pub &'a [Score]);
+
+impl<'a> Figures<'a> {
+    /// The figure of a subject.
+    pub fn score(&self, metric: &str, subject: &str) -> Option<&'a Score> {
+        self.0.iter().find(|s| s.metric == metric && s.subject == subject)
+    }
+
+    /// The method's value.
+    pub fn method(&self, metric: &str) -> Option<f64> {
+        self.score(metric, "method").and_then(|s| s.value)
+    }
+
+    /// Subjects in the order in which the scorer names them.
+    pub fn subjects(&self) -> Vec<&'a str> {
         let mut seen: Vec<&str> = Vec::new();
-        for s in &self.scores.scores {
+        for s in self.0 {
             if !seen.contains(&s.subject.as_str()) {
                 seen.push(&s.subject);
+            }
+        }
+        seen
+    }
+
+    /// Metrics in the order in which the scorer names them.
+    pub fn metrics(&self) -> Vec<&'a str> {
+        let mut seen: Vec<&str> = Vec::new();
+        for s in self.0 {
+            if !seen.contains(&s.metric.as_str()) {
+                seen.push(&s.metric);
             }
         }
         seen

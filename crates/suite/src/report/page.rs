@@ -41,7 +41,7 @@ pub(crate) fn page(data: &Data) -> String {
         (error(data))
         (cut_outs(data))
         (turntable(data))
-        (tables::scores(data))
+        (tables::scores(data.figures(), &lines::answered_rows(data)))
         (tables::costs(data))
         (sections::energy(data))
         (sections::provenance(data))
@@ -198,7 +198,7 @@ fn error(data: &Data) -> Markup {
                 (PreEscaped(error_curves(data)))
                 figcaption {
                     "Share of hair pixels whose depth is off by at most so many millimetres. The further up and left the better; a curve that ends "
-                    "below 100 % leaves pixels further off or unanswered. " (tables::subject_key(data))
+                    "below 100 % leaves pixels further off or unanswered. " (tables::subject_key(data.figures()))
                 }
             }
         }

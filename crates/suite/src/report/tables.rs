@@ -1,6 +1,6 @@
 //! Tables of scores and of costs.
 
-use super::data::Data;
+use super::data::{Data, Figures};
 use super::sections::thousands;
 use maud::{Markup, html};
 
@@ -18,9 +18,9 @@ pub(crate) fn subject_meaning(subject: &str) -> &'static str {
 }
 
 /// Names of the subjects in a caption.
-pub(crate) fn subject_key(data: &Data) -> Markup {
+pub(crate) fn subject_key(figures: Figures<'_>) -> Markup {
     html! {
-        @for (i, subject) in data.subjects().into_iter().filter(|s| *s != "method").enumerate() {
+        @for (i, subject) in figures.subjects().into_iter().filter(|s| *s != "method").enumerate() {
             @if i > 0 { "; " }
             b style=(format!("color:{}", super::chart::colour_of(subject))) { (subject) } " " (subject_meaning(subject))
         }
@@ -78,16 +78,27 @@ const KEY: &[&str] = &[
     "A5.within_20deg",
     "B7.median",
     "B7.within_20deg",
+    "B1.precision_3mm",
+    "B1.recall_3mm",
+    "B1.f_3mm",
+    "B1.f_3mm.cc",
+    "B3.idf1",
+    "C1.noise_sd",
+    "C2.regrown.mean",
+    "C2.above_floor",
+    "C3.flicker.p50",
+    "C3.flicker.p95",
+    "C4.drift.median",
+    "C5.lag_1hz",
+    "C5.depth.lag_1hz",
+    "C6.flow.median",
+    "C7.survival_1s",
 ];
 
-/// The key figures, then every figure, a row a metric, a column a subject, a table a group.
-pub(crate) fn scores(data: &Data) -> Markup {
-    let mut metrics: Vec<&str> = Vec::new();
-    for s in &data.scores.scores {
-        if !metrics.contains(&s.metric.as_str()) {
-            metrics.push(&s.metric);
-        }
-    }
+/// The key figures, then every figure, a row a metric, a column a subject, a table a group; `more` are rows below the
+/// key figures.
+pub(crate) fn scores(figures: Figures<'_>, more: &Markup) -> Markup {
+    let metrics = figures.metrics();
     let mut groups: Vec<&str> = Vec::new();
     for m in &metrics {
         if !groups.contains(&group(m)) {
@@ -101,12 +112,12 @@ pub(crate) fn scores(data: &Data) -> Markup {
             "Each figure stands beside what guesses reach that never looked at an image, and beside a ceiling. "
             "A pixel that was asked for and not answered counts as infinitely wrong; “none” means that the figure itself is infinite for that reason."
         }
-        p.note { (subject_key(data)) }
-        (metric_table(data, &key, &super::lines::answered_rows(data)))
+        p.note { (subject_key(figures)) }
+        (metric_table(figures, &key, more))
         @for name in &groups {
             details {
                 summary { "All of " (name) ": " (group_title(name)) }
-                (metric_table(data, &metrics.iter().copied().filter(|m| group(m) == *name).collect::<Vec<_>>(), &html! {}))
+                (metric_table(figures, &metrics.iter().copied().filter(|m| group(m) == *name).collect::<Vec<_>>(), &html! {}))
             }
         }
     }
@@ -116,8 +127,8 @@ fn group(metric: &str) -> &str {
     metric.split('.').next().unwrap_or_default()
 }
 
-fn metric_table(data: &Data, metrics: &[&str], more: &Markup) -> Markup {
-    let subjects = data.subjects();
+fn metric_table(figures: Figures<'_>, metrics: &[&str], more: &Markup) -> Markup {
+    let subjects = figures.subjects();
     html! {
         table.scores {
             tr {
@@ -129,12 +140,12 @@ fn metric_table(data: &Data, metrics: &[&str], more: &Markup) -> Markup {
                 tr {
                     td { (metric_title(metric)) span.why { code { (metric) } " " (metric_meaning(metric)) } }
                     @for subject in &subjects {
-                        @let score = data.score(metric, subject);
+                        @let score = figures.score(metric, subject);
                         td.n.method[*subject == "method"].ceiling[*subject == "C"] {
                             @match score { Some(s) => (format_value(s.value, &s.unit)), None => "" }
                         }
                     }
-                    @let method = data.score(metric, "method");
+                    @let method = figures.score(metric, "method");
                     td.n { @if let Some(s) = method { (format!("{:.1} %", s.coverage * 100.0)) } }
                     td.n { @if let Some(s) = method { (thousands(s.wanted)) } }
                 }
@@ -151,7 +162,20 @@ fn group_title(group: &str) -> &'static str {
         "A3" => "completeness",
         "A4" => "silhouettes",
         "A5" => "3-D orientation of the surface",
+        "B1" => "strands: precision, recall and F within a distance and an angle",
+        "B2" => "strands: distances",
+        "B3" => "strands: identity along their length",
+        "B4" => "strands: length and number",
+        "B5" => "strands: shape",
+        "B6" => "strands: free space",
         "B7" => "2-D orientation in the image",
+        "C1" => "jitter of tracked strands",
+        "C2" => "change of strands without identity",
+        "C3" => "flicker of the envelope",
+        "C4" => "drift against the first frame",
+        "C5" => "gain and lag of the motion by frequency",
+        "C6" => "error of the motion from frame to frame",
+        "C7" => "survival of the first frame's strands",
         _ => "",
     }
 }

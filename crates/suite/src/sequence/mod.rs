@@ -1,0 +1,86 @@
+//! A moving scene, frame by frame: every frame is a stage's folder of its own, so that an interrupted run goes on
+//! where it stopped, and memory does not grow with the number of frames.
+//!
+//! ```text
+//! OUT/<scene>/render/sequence.json              which frames, of what
+//! OUT/<scene>/render/motion/, exposure/         the motion of all frames; the light meter's reading
+//! OUT/<scene>/render/<frame>/                   frame/  truth/  <camera>.png  render.json
+//! OUT/<scene>/<variant>/reconstruct/<frame>/    estimate/  diagnostics.json, or absent.json
+//! OUT/<scene>/<variant>/score/<frame>/          scores.json  scores.csv  errors.exr  ...
+//! OUT/<scene>/<variant>/score/all/              scores.json  scores.csv  frames.json  frames.csv
+//! OUT/<scene>/<variant>/report/                 report.html  frames/  ...
+//! ```
+//! A `<frame>` is its index in six digits.
+
+mod file;
+mod quiet;
+mod reconstruct;
+mod render;
+mod score;
+
+pub use file::{Frames, SEQUENCE_FILE, Sequence, SequenceFile, frame_name};
+pub use reconstruct::{ABSENT, AbsentFile, reconstruct_sequence};
+pub use render::render_sequence;
+pub use score::{ALL_FRAMES, FRAME_FIGURES, FrameRow, SequenceFigures, score_sequence};
+
+use crate::machine::Cost;
+use crate::stage::{Done, Progress};
+use crate::{Cell, Places, SuiteError, report};
+use std::collections::BTreeMap;
+
+/// The main job on a moving scene: every stage for all frames before the next.
+pub(crate) fn run_stages(
+    cell: &Cell,
+    places: &Places,
+    progress: &dyn Progress,
+) -> Result<Vec<Done>, (&'static str, SuiteError)> {
+    let (scene, seed) = (&cell.scene, cell.seed);
+    let frames = cell.frames.unwrap_or_default();
+    let rendered = render_sequence(scene, &cell.settings, seed, frames, &places.render, progress)
+        .map_err(|e| ("render", e))?;
+    let reconstructed =
+        reconstruct_sequence(&places.render, &cell.method.variant, &places.reconstruct, progress)
+            .map_err(|e| ("reconstruct", e))?;
+    let scored = score_sequence(&places.render, &places.reconstruct, seed, &places.score, progress)
+        .map_err(|e| ("score", e))?;
+    let reported = report::sequence::report(places, &cell.method.label, progress).map_err(|e| ("report", e))?;
+    Ok(vec![rendered.whole(), reconstructed.whole(), scored.whole(), reported])
+}
+
+/// The frames of one stage.
+#[derive(Clone, Debug, Default)]
+pub struct Stages {
+    /// One a folder, in order; at least one.
+    pub done: Vec<Done>,
+}
+
+impl Stages {
+    /// All frames as one stage whose folder holds theirs: re-used if nothing had to be done, its cost what the frames
+    /// cost together (peak memory is the largest of a frame).
+    ///
+    /// # Panics
+    /// If there is no frame.
+    pub fn whole(&self) -> Done {
+        let last = self.done.last().expect("a sequence has frames");
+        let costs = || self.done.iter().map(|d| d.record.cost);
+        let mut whole = last.clone();
+        whole.folder = last.folder.parent().unwrap_or(&last.folder).to_owned();
+        whole.reused = self.done.iter().all(|d| d.reused);
+        whole.record.cost = Cost {
+            wall_s: costs().map(|c| c.wall_s).sum(),
+            cpu_s: costs().map(|c| c.cpu_s).sum(),
+            peak_mib: costs().filter_map(|c| c.peak_mib).reduce(f64::max),
+        };
+        whole
+    }
+
+    /// Content of all folders, as a hash.
+    pub(crate) fn content(&self) -> String {
+        let all: BTreeMap<String, String> = self
+            .done
+            .iter()
+            .map(|d| (d.folder.to_string_lossy().into_owned(), crate::hash::of_map(&d.record.files)))
+            .collect();
+        crate::hash::of_map(&all)
+    }
+}

@@ -15,6 +15,14 @@ pub(super) fn within<T: Into<f64> + Copy>(key: &str, value: T, low: f64, high: f
     Err((key.to_owned(), format!("{} is not between {low} and {high}", v as f32)))
 }
 
+/// [`within`] of each row of a table: key, value, lowest and highest.
+pub(super) fn all_within<T: Into<f64> + Copy>(
+    table: &str,
+    rows: &[(&str, T, f64, f64)],
+) -> Result<(), Fault> {
+    rows.iter().try_for_each(|&(key, value, low, high)| within(&format!("{table}.{key}"), value, low, high))
+}
+
 impl SceneSpec {
     /// The first value out of range, as dotted key and problem.
     pub(crate) fn check(&self) -> Result<(), (String, String)> {
@@ -226,32 +234,41 @@ impl GroomSpec {
         within("groom.style.shoulder_divide_mm", s.shoulder_divide_mm, -300.0, 300.0)?;
         within("groom.style.face_window_mm", s.face_window_mm, 0.0, 100.0)?;
         let c = &self.clumping;
-        within("groom.clumping.tuft_spacing_mm", c.tuft_spacing_mm, 3.0, 100.0)?;
-        within("groom.clumping.tuft_strength", c.tuft_strength, 0.0, 1.0)?;
-        within("groom.clumping.wisp_spacing_mm", c.wisp_spacing_mm, 1.0, 50.0)?;
-        within("groom.clumping.wisp_strength", c.wisp_strength, 0.0, 1.0)?;
-        within("groom.clumping.strength_spread", c.strength_spread, 0.0, 2.0)?;
-        within("groom.clumping.onset_mm", c.onset_mm, 0.0, 500.0)?;
-        within("groom.clumping.reach_mm", c.reach_mm, 1.0, 1000.0)?;
+        let ranges = [
+            ("tuft_spacing_mm", c.tuft_spacing_mm, 3.0, 100.0),
+            ("tuft_strength", c.tuft_strength, 0.0, 1.0),
+            ("wisp_spacing_mm", c.wisp_spacing_mm, 1.0, 50.0),
+            ("wisp_strength", c.wisp_strength, 0.0, 1.0),
+            ("strength_spread", c.strength_spread, 0.0, 2.0),
+            ("onset_mm", c.onset_mm, 0.0, 500.0),
+            ("reach_mm", c.reach_mm, 1.0, 1000.0),
+        ];
+        all_within("groom.clumping", &ranges)?;
         let w = &self.wave;
-        within("groom.wave.radius_mm", w.radius_mm, 0.0, 60.0)?;
-        within("groom.wave.pitch_mm", w.pitch_mm, 3.0, 500.0)?;
-        within("groom.wave.flatness", w.flatness, 0.0, 1.0)?;
-        within("groom.wave.radius_spread", w.radius_spread, 0.0, 1.0)?;
-        within("groom.wave.pitch_spread", w.pitch_spread, 0.0, 0.6)?;
-        within("groom.wave.drift", w.drift, 0.0, 0.6)?;
-        within("groom.wave.coherence_mm", w.coherence_mm, 0.0, 1000.0)?;
-        within("groom.wave.strand_phase_deg", w.strand_phase_deg, 0.0, 360.0)?;
-        within("groom.wave.onset_mm", w.onset_mm, 0.0, 500.0)?;
-        within("groom.wave.reach_mm", w.reach_mm, 1.0, 1000.0)?;
+        let ranges = [
+            ("radius_mm", w.radius_mm, 0.0, 60.0),
+            ("pitch_mm", w.pitch_mm, 3.0, 500.0),
+            ("flatness", w.flatness, 0.0, 1.0),
+            ("radius_spread", w.radius_spread, 0.0, 1.0),
+            ("pitch_spread", w.pitch_spread, 0.0, 0.6),
+            ("drift", w.drift, 0.0, 0.6),
+            ("coherence_mm", w.coherence_mm, 0.0, 1000.0),
+            ("strand_phase_deg", w.strand_phase_deg, 0.0, 360.0),
+            ("onset_mm", w.onset_mm, 0.0, 500.0),
+            ("reach_mm", w.reach_mm, 1.0, 1000.0),
+        ];
+        all_within("groom.wave", &ranges)?;
         let d = &self.disorder;
-        within("groom.disorder.tuft_wander_deg", d.tuft_wander_deg, 0.0, 90.0)?;
-        within("groom.disorder.wisp_wander_deg", d.wisp_wander_deg, 0.0, 90.0)?;
-        within("groom.disorder.strand_wander_deg", d.strand_wander_deg, 0.0, 90.0)?;
-        within("groom.disorder.wander_length_mm", d.wander_length_mm, 5.0, 1000.0)?;
-        within("groom.disorder.frizz_mm", d.frizz_mm, 0.0, 20.0)?;
-        within("groom.disorder.frizz_length_mm", d.frizz_length_mm, 2.0, 500.0)?;
-        within("groom.disorder.flyaway_share", d.flyaway_share, 0.0, 1.0)?;
-        within("groom.disorder.flyaway_deg", d.flyaway_deg, 0.0, 90.0)
+        let ranges = [
+            ("tuft_wander_deg", d.tuft_wander_deg, 0.0, 90.0),
+            ("wisp_wander_deg", d.wisp_wander_deg, 0.0, 90.0),
+            ("strand_wander_deg", d.strand_wander_deg, 0.0, 90.0),
+            ("wander_length_mm", d.wander_length_mm, 5.0, 1000.0),
+            ("frizz_mm", d.frizz_mm, 0.0, 20.0),
+            ("frizz_length_mm", d.frizz_length_mm, 2.0, 500.0),
+            ("flyaway_share", d.flyaway_share, 0.0, 1.0),
+            ("flyaway_deg", d.flyaway_deg, 0.0, 90.0),
+        ];
+        all_within("groom.disorder", &ranges)
     }
 }

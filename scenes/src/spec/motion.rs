@@ -1,6 +1,6 @@
 //! Parameters of a moving scene.
 
-use super::check::{Fault, within};
+use super::check::{Fault, all_within, within};
 use serde::{Deserialize, Serialize};
 
 /// How the hair of a scene moves. Without this table a scene is one frame.
@@ -163,12 +163,15 @@ impl MotionSpec {
             within("motion.wind.end_s", w.end_s, w.start_s, never())?;
         }
         let s = &self.solver;
-        within("motion.solver.guides", s.guides, 1.0, 20_000.0)?;
-        within("motion.solver.substeps", s.substeps, 1.0, 100.0)?;
-        within("motion.solver.segment_mm", s.segment_mm, 2.0, 50.0)?;
-        within("motion.solver.friction_per_s", s.friction_per_s, 0.0, 200.0)?;
-        within("motion.solver.damping_per_s", s.damping_per_s, 0.0, 100.0)?;
-        within("motion.solver.fibre_damping_s", s.fibre_damping_s, 0.0, 1.0)?;
-        within("motion.solver.skin_friction", s.skin_friction, 0.0, 5.0)
+        let ranges = [
+            ("guides", f64::from(s.guides), 1.0, 20_000.0),
+            ("substeps", f64::from(s.substeps), 1.0, 100.0),
+            ("segment_mm", s.segment_mm, 2.0, 50.0),
+            ("friction_per_s", s.friction_per_s, 0.0, 200.0),
+            ("damping_per_s", s.damping_per_s, 0.0, 100.0),
+            ("fibre_damping_s", s.fibre_damping_s, 0.0, 1.0),
+            ("skin_friction", s.skin_friction, 0.0, 5.0),
+        ];
+        all_within("motion.solver", &ranges)
     }
 }

@@ -87,6 +87,26 @@ mod tests {
                 "line 15: rig.distance_mm: 50 is not",
             ),
             ("lift_mm = 4.0", "lift_mm = 4.0\n[rig]\nnear_mm = 1200", "line 15: rig.near_mm: 1200 is not"),
+            (
+                "lift_mm = 4.0",
+                "[groom.clumping]\nonset_mm = 501",
+                "line 14: groom.clumping.onset_mm: 501 is not between 0 and 500",
+            ),
+            (
+                "lift_mm = 4.0",
+                "[groom.wave]\nflatness = 1.5",
+                "line 14: groom.wave.flatness: 1.5 is not between 0 and 1",
+            ),
+            (
+                "lift_mm = 4.0",
+                "[groom.disorder]\nfrizz_mm = nan",
+                "line 14: groom.disorder.frizz_mm: NaN is not between 0 and 20",
+            ),
+            (
+                "lift_mm = 4.0",
+                "[motion]\nframes = 2\n[motion.solver]\nsubsteps = 0",
+                "line 16: motion.solver.substeps: 0 is not between 1 and 100",
+            ),
             ("[groom.length]\ntop_mm = 300.0\n", "", "line 4: missing field `length`"),
             ("lift_mm = 4.0", "lift_mm = 4.0\n[hair_file]\npath = \"x\"", "hair_file"),
             ("stresses", "stresses = ", "line 2"),

@@ -43,7 +43,7 @@ fn the_whole_job_leaves_frame_truth_estimate_scores_and_report() {
     let report: serde_json::Value =
         serde_json::from_slice(&std::fs::read(cell.join("report/report.json")).unwrap()).unwrap();
     let scores = report["scores"].as_array().unwrap();
-    assert!(scores.len() > 50 && report["protocol"].as_str().unwrap().starts_with("v2 "));
+    assert!(scores.len() > 50 && report["protocol"].as_str().unwrap().starts_with("v3 "));
     let csv = std::fs::read_to_string(cell.join("report/report.csv")).unwrap();
     let mut lines = csv.lines();
     assert_eq!(lines.next().unwrap(), "scene,variant,seed,metric,subject,unit,value,coverage,wanted");

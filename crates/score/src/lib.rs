@@ -27,7 +27,7 @@ use strandbench_types::{Estimate, Monitor, Truth};
 
 pub use metrics::{METRICS, Metric, metric};
 pub use motion::{FrameFigures, SequenceScorer, SequenceSheet, flicker_floor_mm, motion_metrics};
-pub use protocol::{PROTOCOL, PROTOCOL_V1, PROTOCOL_VERSION, protocol_id};
+pub use protocol::{PROTOCOL, PROTOCOL_V1, PROTOCOL_V2, PROTOCOL_VERSION, protocol_id};
 pub use sheet::{ConfidenceBin, ErrorCurve, Score, ScoreError, ScoreSheet, WorstRegion};
 pub use strands::{StrandGrid, StrandSheet, score_strands, strand_metrics, strand_point_errors_mm};
 

@@ -1,10 +1,13 @@
 //! The published protocol and the mark that every result carries.
 
 /// Version of the protocol; a published version never changes.
-pub const PROTOCOL_VERSION: u32 = 2;
+pub const PROTOCOL_VERSION: u32 = 3;
 
 /// The protocol's text.
 pub const PROTOCOL: &str = include_str!("../PROTOCOL.md");
+
+/// The text of version 2, as published.
+pub const PROTOCOL_V2: &str = include_str!("../PROTOCOL-v2.md");
 
 /// The text of version 1, as published.
 pub const PROTOCOL_V1: &str = include_str!("../PROTOCOL-v1.md");
@@ -26,7 +29,8 @@ mod tests {
     #[test]
     fn published_text_is_unchanged() {
         assert_eq!(id(1, PROTOCOL_V1), "v1 97ed827689beb984");
-        assert_eq!(protocol_id(), "v2 c2f9b1950c4a8d7b");
+        assert_eq!(id(2, PROTOCOL_V2), "v2 c2f9b1950c4a8d7b");
+        assert_eq!(protocol_id(), "v3 675e4197096b8e5b");
     }
 
     #[test]

@@ -4,9 +4,6 @@ mod common;
 
 use common::{RADIUS, STILL, remapped, scene, sheet, submission};
 use serde_json::{Value, json};
-use std::io::Write;
-use std::path::Path;
-use std::process::{Command, Stdio};
 use strandbench_rng::Rng;
 use strandbench_types::{DepthMap, Estimate, OrientationField, Plane, Truth};
 
@@ -64,28 +61,6 @@ fn case(t: &Truth, e: &Estimate) -> Value {
     })
 }
 
-/// The oracle's figures; `None` if python3 or numpy is not there. `STRANDBENCH_PYTHON` names another python.
-fn oracle(case: &Value) -> Option<Value> {
-    let python = std::env::var("STRANDBENCH_PYTHON").unwrap_or_else(|_| "python3".to_owned());
-    let there = Command::new(&python).args(["-c", "import numpy"]).stderr(Stdio::null()).status();
-    if !there.is_ok_and(|s| s.success()) {
-        return None;
-    }
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/oracle.py");
-    let mut child = Command::new(&python)
-        .arg(script)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .spawn()
-        .expect("python started a moment ago");
-    let mut input = child.stdin.take().unwrap();
-    input.write_all(case.to_string().as_bytes()).unwrap();
-    drop(input);
-    let output = child.wait_with_output().unwrap();
-    assert!(output.status.success(), "the oracle failed");
-    Some(serde_json::from_slice(&output.stdout).expect("the oracle prints JSON"))
-}
-
 #[test]
 fn an_independent_implementation_agrees() {
     let mut t = scene(&STILL, &[RADIUS, 47.0]);
@@ -96,10 +71,8 @@ fn an_independent_implementation_agrees() {
     }
     let e = random(&t, 1);
     let s = sheet(&t, &e);
-    let Some(figures) = oracle(&case(&t, &e)) else {
-        println!("ignored, no numpy: install it for python3 or set STRANDBENCH_PYTHON");
-        return;
-    };
+    let Some(python) = common::numpy() else { return };
+    let figures = common::ask(&python, "oracle.py", &case(&t, &e));
     let figures = figures.as_object().unwrap();
     let mut compared = 0;
     for score in &s.scores {

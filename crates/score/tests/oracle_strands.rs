@@ -5,9 +5,6 @@ mod common;
 use common::strands::{layers, mapped, of};
 use glam::Vec3;
 use serde_json::{Value, json};
-use std::io::Write;
-use std::path::Path;
-use std::process::{Command, Stdio};
 use strandbench_rng::Rng;
 use strandbench_types::{StrandSet, Truth, Visibility};
 
@@ -74,21 +71,10 @@ fn json(t: &Truth, e: &StrandSet) -> Value {
 
 #[test]
 fn an_independent_implementation_agrees() {
+    let Some(python) = common::numpy() else { return };
     let (t, e) = case();
     let s = of(&t, &e);
-    let python = std::env::var("STRANDBENCH_PYTHON").unwrap_or_else(|_| "python3".to_owned());
-    let there = Command::new(&python).args(["-c", "import numpy"]).stderr(Stdio::null()).status();
-    if !there.is_ok_and(|s| s.success()) {
-        println!("ignored, no numpy: install it for python3 or set STRANDBENCH_PYTHON");
-        return;
-    }
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/oracle_strands.py");
-    let mut child =
-        Command::new(&python).arg(script).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
-    child.stdin.take().unwrap().write_all(json(&t, &e).to_string().as_bytes()).unwrap();
-    let output = child.wait_with_output().unwrap();
-    assert!(output.status.success(), "the oracle failed");
-    let figures: Value = serde_json::from_slice(&output.stdout).expect("the oracle prints JSON");
+    let figures = common::ask(&python, "oracle_strands.py", &json(&t, &e));
     let figures = figures.as_object().unwrap();
     let mut compared = 0;
     let mut wrong = Vec::new();

@@ -162,27 +162,33 @@ impl Curves {
         best
     }
 
-    /// First points of the segments nearest to `p`, at most one a strand, at most `most`, within `reach_mm`, from near
-    /// to far; `strand_of` tells a point's strand.
+    /// First points of the segments nearest to `p`, at most one a strand (of equally near ones its first), at most
+    /// `most`, within `reach_mm`, from near to far; `strand_of` tells a point's strand.
     pub fn around(&self, p: DVec3, reach_mm: f64, most: usize, strand_of: &[u32]) -> Vec<u32> {
         let mut found: Vec<(f64, u32)> = Vec::with_capacity(most + 1);
-        let reach = reach_mm * reach_mm;
-        self.tree.walk(p, reach, |rank| {
-            let limit = |found: &[(f64, u32)]| if found.len() < most { reach } else { found[most - 1].0 };
+        let limit = |found: &[(f64, u32)]| match found.get(most - 1) {
+            Some(farthest) => reach_mm.min(farthest.0 + TIE_MM).powi(2),
+            None => reach_mm * reach_mm,
+        };
+        self.tree.walk(p, reach_mm * reach_mm, |rank| {
             let (d2, ..) = self.member(rank, p, DVec3::X);
-            let point = self.segments[rank].point;
-            if d2 <= limit(&found) {
-                let strand = strand_of[point as usize];
-                let same = found.iter().position(|f| strand_of[f.1 as usize] == strand);
-                let better = same.is_none_or(|k| (d2, point) < found[k]);
-                if better {
-                    if let Some(k) = same {
-                        found.remove(k);
-                    }
-                    let at = found.partition_point(|f| *f < (d2, point));
-                    found.insert(at, (d2, point));
-                    found.truncate(most);
+            if d2 > limit(&found) {
+                return limit(&found);
+            }
+            let here = (d2.sqrt(), self.segments[rank].point);
+            let strand = strand_of[here.1 as usize];
+            let same = found.iter().position(|f| strand_of[f.1 as usize] == strand);
+            let better = same.is_none_or(|k| {
+                let there = found[k];
+                here.0 < there.0 - TIE_MM || here.0 <= there.0 + TIE_MM && here.1 < there.1
+            });
+            if better {
+                if let Some(k) = same {
+                    found.remove(k);
                 }
+                let at = found.partition_point(|f| *f < here);
+                found.insert(at, here);
+                found.truncate(most);
             }
             limit(&found)
         });

@@ -5,7 +5,9 @@ pub mod splat;
 pub mod strands;
 
 use glam::{DMat3, DVec2, DVec3, Vec3};
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
+use std::process::{Command, Stdio};
+use strandbench_rng::Rng;
 use strandbench_score::{Score, ScoreSheet, score};
 use strandbench_types::{
     Camera, DepthMap, Estimate, OrientationField, Plane, Rig, Silent, StrandSet, TriMesh, Truth,
@@ -198,4 +200,39 @@ pub fn row<'a>(sheet: &'a ScoreSheet, id: &str) -> &'a Score {
 /// The method's value, which must be there.
 pub fn value(sheet: &ScoreSheet, id: &str) -> f64 {
     row(sheet, id).value.unwrap_or_else(|| panic!("{id} has no value"))
+}
+
+/// A normal deviate of this key.
+pub fn normal(key: &[u64]) -> f64 {
+    let mut r = Rng::keyed(key);
+    let (a, b) = (1.0 - r.f64(), r.f64());
+    (-2.0 * a.ln()).sqrt() * (TAU * b).cos()
+}
+
+/// The Python of the oracles, if it has numpy: `STRANDBENCH_PYTHON`, else `python3`. Says so if not.
+pub fn numpy() -> Option<String> {
+    let python = std::env::var("STRANDBENCH_PYTHON").unwrap_or_else(|_| "python3".to_owned());
+    let there = Command::new(&python).args(["-c", "import numpy"]).stderr(Stdio::null()).status();
+    if there.is_ok_and(|s| s.success()) {
+        return Some(python);
+    }
+    println!("ignored, no numpy: install it for python3 or set STRANDBENCH_PYTHON");
+    None
+}
+
+/// What an oracle (a script beside the tests) prints for a case.
+pub fn ask(python: &str, script: &str, case: &serde_json::Value) -> serde_json::Value {
+    let script = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests").join(script);
+    let mut child = Command::new(python)
+        .arg(script)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("python started a moment ago");
+    let mut input = child.stdin.take().unwrap();
+    std::io::Write::write_all(&mut input, case.to_string().as_bytes()).unwrap();
+    drop(input);
+    let output = child.wait_with_output().unwrap();
+    assert!(output.status.success(), "the oracle failed");
+    serde_json::from_slice(&output.stdout).expect("the oracle prints JSON")
 }

@@ -18,11 +18,18 @@ pub struct Metric {
     pub meaning: &'static str,
 }
 
-const fn low(id: &'static str, title: &'static str, unit: &'static str, meaning: &'static str) -> Metric {
+/// A metric in some unit that is better when lower.
+pub(crate) const fn low(
+    id: &'static str,
+    title: &'static str,
+    unit: &'static str,
+    meaning: &'static str,
+) -> Metric {
     Metric { id, title, unit, lower_is_better: true, meaning }
 }
 
-const fn high(id: &'static str, title: &'static str, meaning: &'static str) -> Metric {
+/// A share that is better when higher.
+pub(crate) const fn high(id: &'static str, title: &'static str, meaning: &'static str) -> Metric {
     Metric { id, title, unit: "share", lower_is_better: false, meaning }
 }
 

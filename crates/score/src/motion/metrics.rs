@@ -1,14 +1,7 @@
 //! The table of metrics over time.
 
 use crate::Metric;
-
-const fn low(id: &'static str, title: &'static str, unit: &'static str, meaning: &'static str) -> Metric {
-    Metric { id, title, unit, lower_is_better: true, meaning }
-}
-
-const fn high(id: &'static str, title: &'static str, meaning: &'static str) -> Metric {
-    Metric { id, title, unit: "share", lower_is_better: false, meaning }
-}
+use crate::metrics::{high, low};
 
 /// Every metric over time, in the protocol's order.
 #[rustfmt::skip]

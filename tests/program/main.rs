@@ -5,6 +5,7 @@ mod fakes;
 mod hair_file;
 mod job;
 mod layering;
+mod sequence;
 mod stop;
 mod support;
 mod tables;

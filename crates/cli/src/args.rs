@@ -101,6 +101,15 @@ and said. Close other programs: ratios bear a busy machine, seconds do not.")]
 
 Reads .hair, .data, .ply and .tfx; writes .hair, .data, .ply or .obj by OUT's ending, and a picture beside it.")]
     Import(ImportArgs),
+    /// Strands and envelopes of a finished folder, or its truth, in formats that other programs open
+    #[command(after_help = "Examples:
+  strandbench export strandbench-out/moving-still/luo-strands animation
+  strandbench export strandbench-out/straight-blonde/luo envelope --envelope obj
+  strandbench export strandbench-out/moving-still/render truth --truth --strands ply
+
+A sequence becomes a file a frame; with .usda an index beside them plays as one animation in any program that reads
+USD. Millimetres, +y up.")]
+    Export(ExportArgs),
     /// The renderer against other programs: Mitsuba 3, Embree, and a second writing of the fibre model
     #[command(after_help = "Examples:
   strandbench crosscheck                            cameras, geometry, scattering, direct light: a minute
@@ -309,6 +318,23 @@ pub struct ImportArgs {
     /// Replace OUT if it is there
     #[arg(long)]
     pub force: bool,
+}
+
+#[derive(ClapArgs, Debug)]
+pub struct ExportArgs {
+    /// A variant folder or any estimate folder; with --truth a render folder
+    pub folder: PathBuf,
+    /// Folder to write; must not be there yet
+    pub out: PathBuf,
+    /// Format of the strands
+    #[arg(long, default_value = "usda", value_parser = strandbench_suite::STRAND_ENDINGS)]
+    pub strands: String,
+    /// Format of the envelope (or, with --truth, the head)
+    #[arg(long, default_value = "usda", value_parser = strandbench_suite::MESH_ENDINGS)]
+    pub envelope: String,
+    /// The true strands and the head instead of the method's answer
+    #[arg(long)]
+    pub truth: bool,
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Results as text for a terminal.
 
 use std::fmt::Write as _;
-use strandbench_suite::{Imported, Outcome, Row, SceneJob, Score, Summary};
+use strandbench_suite::{Exported, Imported, Outcome, Row, SceneJob, Score, Summary};
 
 /// Metrics of the short table, and their names in it.
 const KEY: &[(&str, &str)] = &[
@@ -113,6 +113,20 @@ pub fn scenes(jobs: &[SceneJob]) -> String {
         let _ = writeln!(text, "{:<24} {difficulty:<7} {strands:>14}{frames}{mark}", job.name);
         let _ = writeln!(text, "    {}", s.description);
         let _ = writeln!(text, "    stresses: {}", s.stresses);
+    }
+    text
+}
+
+/// What was exported.
+pub fn exported(made: &Exported) -> String {
+    let mut text = String::new();
+    let frames = if made.frames == 1 { "1 frame".to_owned() } else { format!("{} frames", made.frames) };
+    let _ = writeln!(text, "{frames}, {} strands, {} meshes", made.strands, made.meshes);
+    if !made.absent.is_empty() {
+        let _ = writeln!(text, "without an answer, and empty: frames {:?}", made.absent);
+    }
+    for file in &made.open {
+        let _ = writeln!(text, "{}", file.display());
     }
     text
 }

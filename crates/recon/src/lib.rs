@@ -5,6 +5,7 @@
 //! something open, the documentation of the field of [`Parameters`] or of the function says what is done.
 
 pub mod aggregate;
+mod checkpoint;
 pub mod cost;
 pub mod depth;
 pub mod envelope;
@@ -31,6 +32,7 @@ pub mod temporal;
 pub mod tensor;
 mod variant;
 
+pub use checkpoint::Checkpoint;
 pub use motion_parameters::{StrandParameters, TemporalParameters};
 pub use parameters::Parameters;
 pub use pipeline::reconstruct;

@@ -97,6 +97,11 @@ impl Cage {
         Cage { vertices, rest, points, skin }
     }
 
+    /// The points in the first frame, mm.
+    pub(crate) fn points(&self) -> &[Vec3] {
+        &self.points
+    }
+
     /// Number of nodes.
     pub fn nodes(&self) -> usize {
         self.vertices.len()

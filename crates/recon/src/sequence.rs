@@ -6,7 +6,7 @@ use crate::strands::{Grower, StrandInput};
 use crate::surface::FrameSurface;
 use crate::temporal::{Correspondence, FrameTracker, average};
 use crate::tensor::Tensor;
-use crate::{Diagnostics, ReconError, Reconstruction, Variant};
+use crate::{Checkpoint, Diagnostics, ReconError, Reconstruction, Variant};
 use glam::Vec3;
 use std::collections::VecDeque;
 use strandbench_types::{Camera, Estimate, Frame, Monitor, OrientationField, Plane, Rig};
@@ -34,6 +34,10 @@ pub struct SequenceReconstructor {
     last_index: Option<u32>,
     items: VecDeque<Item>,
     grower: Grower,
+    /// Index of the last frame that has come out.
+    last_out: Option<u32>,
+    /// Frames up to this one are looked at and do not come out.
+    known_to: Option<u32>,
 }
 
 #[derive(Debug)]
@@ -78,7 +82,42 @@ impl SequenceReconstructor {
             last_index: None,
             items: VecDeque::new(),
             grower: Grower::default(),
+            last_out: None,
+            known_to: None,
         })
+    }
+
+    /// A sequence that goes on after the frame of a checkpoint, which was taken with the same rig and variant. The
+    /// [`SequenceReconstructor::looks_back`] frames up to that one must be pushed again first; frames up to it do not
+    /// come out again. What follows has the bits that it would have had without the break.
+    ///
+    /// # Errors
+    /// As [`SequenceReconstructor::new`]; if the variant grows no strands, or the checkpoint is not one of it.
+    pub fn resume(
+        rig: &Rig,
+        variant: &Variant,
+        checkpoint: &Checkpoint,
+    ) -> Result<SequenceReconstructor, ReconError> {
+        let mut made = SequenceReconstructor::new(rig, variant)?;
+        let Some(p) = &variant.strands else {
+            return Err(ReconError::Input(format!(
+                "{} grows no strands and needs no checkpoint",
+                variant.name
+            )));
+        };
+        made.grower = Grower::resume(checkpoint, p, &variant.temporal)?;
+        made.known_to = Some(checkpoint.frame);
+        Ok(made)
+    }
+
+    /// What is needed to go on after the last frame that came out; `None` if no strands have been grown.
+    pub fn checkpoint(&self) -> Option<Checkpoint> {
+        self.grower.checkpoint(self.last_out?)
+    }
+
+    /// Frames before a frame that its answer depends on, besides what a [`Checkpoint`] holds.
+    pub fn looks_back(&self) -> usize {
+        self.latency()
     }
 
     /// Frames after a frame that must be in before it comes out.
@@ -188,7 +227,9 @@ impl SequenceReconstructor {
         for k in 0..self.items.len() {
             match &mut self.items[k] {
                 Item::Absent(index, error) => {
-                    if let Some(e) = error.take() {
+                    let known = self.known_to.is_some_and(|known| *index <= known);
+                    if let Some(e) = error.take().filter(|_| !known) {
+                        self.last_out = Some(*index);
                         out.push(SequenceFrame { frame_index: *index, outcome: Err(e) });
                     }
                 }
@@ -196,10 +237,14 @@ impl SequenceReconstructor {
                 Item::Present(slot) if slot.clean.is_some() && slot.passes.len() == passes => {
                     slot.emitted = true;
                     let frame_index = slot.index;
+                    if self.known_to.is_some_and(|known| frame_index <= known) {
+                        continue;
+                    }
                     let outcome = match self.estimate(k, monitor) {
                         Err(e @ ReconError::Cancelled(_)) => return Err(e),
                         other => other,
                     };
+                    self.last_out = Some(frame_index);
                     out.push(SequenceFrame { frame_index, outcome });
                 }
                 Item::Present(_) => break,

@@ -8,7 +8,7 @@ use crate::seeds::{Cage, interior_seeds, surface_seeds};
 use crate::surface::FrameSurface;
 use crate::template::Template;
 use crate::tensor::Tensor;
-use crate::{ReconError, StrandParameters, TemporalParameters};
+use crate::{Checkpoint, ReconError, StrandParameters, TemporalParameters};
 use glam::{DVec3, Vec3};
 use strandbench_types::{Camera, OrientationField, Plane, StrandSet};
 
@@ -51,6 +51,22 @@ struct Tracked {
 }
 
 impl Grower {
+    /// A grower that goes on after the frame of a checkpoint.
+    pub(crate) fn resume(
+        c: &Checkpoint,
+        p: &StrandParameters,
+        temporal: &TemporalParameters,
+    ) -> Result<Grower, ReconError> {
+        let template = Template::restore(c, p, temporal)?;
+        let cage = Cage::new(template.first(), c.seeds.clone(), p);
+        Ok(Grower { tracked: Some(Tracked { template, cage }) })
+    }
+
+    /// What it needs to go on after a frame; `None` before the first.
+    pub(crate) fn checkpoint(&self, frame: u32) -> Option<Checkpoint> {
+        self.tracked.as_ref().map(|t| t.template.state(frame, t.cage.points()))
+    }
+
     /// Grows the strands of the next frame.
     pub(crate) fn grow(
         &mut self,

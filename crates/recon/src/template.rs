@@ -1,8 +1,8 @@
 //! The tracking template (5.3): a sheet larger than the visible hair, warped onto the first frame and then followed.
 
 use crate::surface::FrameSurface;
-use crate::{ReconError, StrandParameters, TemporalParameters};
-use glam::{DVec2, DVec3};
+use crate::{Checkpoint, ReconError, StrandParameters, TemporalParameters};
+use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 use strandbench_solve::deform::{Aim, DeformError, RegisterOptions, Registered, Registration, Surface};
 use strandbench_solve::{Cholesky, SparseError};
@@ -24,8 +24,11 @@ const HOLD: f64 = 1e-3;
 /// A mesh that covers more than any single frame shows, and follows all of them.
 #[derive(Debug)]
 pub struct Template {
+    columns: usize,
     triangles: Vec<[u32; 3]>,
     registration: Registration,
+    /// Vertices in the first frame.
+    first: Vec<DVec3>,
     rest: Vec<DVec3>,
     detail: DetailSolver,
     points: Vec<DVec3>,
@@ -46,7 +49,8 @@ impl Template {
         temporal: &TemporalParameters,
         monitor: &dyn Monitor,
     ) -> Result<Template, ReconError> {
-        let (sheet, triangles) = sheet(camera, surface, p)?;
+        let (sheet, columns) = sheet(camera, surface, p)?;
+        let triangles = triangles(sheet.len(), columns);
         let make = || {
             // A plane takes the shape of a head: as soft in the end as Li et al. have it.
             let soft = RegisterOptions::default();
@@ -67,17 +71,73 @@ impl Template {
                 }
                 normals = mesh_normals(&points, &triangles);
             }
-            // Weights stay what they are from here on.
-            let options = RegisterOptions {
-                rigid: (f64::from(p.track_rigid), f64::from(p.track_rigid)),
-                smooth: (f64::from(p.track_smooth), f64::from(p.track_smooth)),
-                ..options
-            };
-            let registration = Registration::new(points.clone(), normals.clone(), options)?;
+            let registration = Registration::new(points.clone(), normals.clone(), tracking(p, temporal))?;
             Ok((registration, detail, points, normals))
         };
         let (registration, detail, points, normals) = make().map_err(|e| fault(surface.frame, e))?;
-        Ok(Template { triangles, registration, rest: points.clone(), detail, points, normals })
+        let first = points.clone();
+        Ok(Template { columns, triangles, registration, rest: first.clone(), first, detail, points, normals })
+    }
+
+    /// The template as [`Template::state`] gave it, with `c`'s seeds and frame left out.
+    ///
+    /// # Errors
+    /// If the graph cannot be made, or is not the one that `c` was taken from.
+    pub(crate) fn restore(
+        c: &Checkpoint,
+        p: &StrandParameters,
+        temporal: &TemporalParameters,
+    ) -> Result<Template, ReconError> {
+        let triangles = triangles(c.first.len(), c.columns as usize);
+        let make = || {
+            let normals = mesh_normals(&c.first, &triangles);
+            let mut registration = Registration::new(c.first.clone(), normals, tracking(p, temporal))?;
+            Ok((registration.graph().len() == c.linear.len()).then(|| {
+                registration.graph_mut().linear.clone_from(&c.linear);
+                registration.graph_mut().offset.clone_from(&c.offset);
+                registration.set_rest(c.rest.clone(), mesh_normals(&c.rest, &triangles));
+                registration
+            }))
+        };
+        let detail = DetailSolver::new(c.first.len(), &triangles, p);
+        let registration = make().map_err(|e| fault(c.frame, e))?;
+        let registration = registration.ok_or_else(|| {
+            ReconError::Input(format!(
+                "the checkpoint after frame {} is of a graph of {} nodes; begin the sequence anew",
+                c.frame,
+                c.linear.len()
+            ))
+        })?;
+        Ok(Template {
+            columns: c.columns as usize,
+            registration,
+            first: c.first.clone(),
+            rest: c.rest.clone(),
+            detail: detail.map_err(|e| fault(c.frame, e.into()))?,
+            points: c.points.clone(),
+            normals: mesh_normals(&c.points, &triangles),
+            triangles,
+        })
+    }
+
+    /// All that tracking goes on from.
+    pub(crate) fn state(&self, frame: u32, seeds: &[Vec3]) -> Checkpoint {
+        let graph = self.registration.graph();
+        Checkpoint {
+            frame,
+            columns: self.columns as u32,
+            first: self.first.clone(),
+            rest: self.rest.clone(),
+            points: self.points.clone(),
+            linear: graph.linear.clone(),
+            offset: graph.offset.clone(),
+            seeds: seeds.to_vec(),
+        }
+    }
+
+    /// Vertices in the first frame, mm.
+    pub(crate) fn first(&self) -> &[DVec3] {
+        &self.first
     }
 
     /// Follows the template to the next frame: the graph goes on from where it is, with constant weights, and then each
@@ -139,13 +199,22 @@ fn fault(frame: u32, e: DeformError) -> ReconError {
     }
 }
 
-/// A sheet at the hair's median depth that covers what the envelope covers and a margin: points and triangles, wound
-/// towards the camera.
+/// Options of tracking: weights stay what they are.
+fn tracking(p: &StrandParameters, temporal: &TemporalParameters) -> RegisterOptions {
+    RegisterOptions {
+        rigid: (f64::from(p.track_rigid), f64::from(p.track_rigid)),
+        smooth: (f64::from(p.track_smooth), f64::from(p.track_smooth)),
+        ..temporal.registration()
+    }
+}
+
+/// A sheet at the hair's median depth that covers what the envelope covers and a margin: points row by row, and how
+/// many there are in a row.
 fn sheet(
     camera: &Camera,
     surface: &FrameSurface,
     p: &StrandParameters,
-) -> Result<(Vec<DVec3>, Vec<[u32; 3]>), ReconError> {
+) -> Result<(Vec<DVec3>, usize), ReconError> {
     let mut depths: Vec<f64> = Vec::with_capacity(surface.len());
     let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
     for v in 0..surface.len() {
@@ -174,6 +243,12 @@ fn sheet(
     let points = (0..nx * ny)
         .map(|i| camera.unproject(low + step * DVec2::new((i % nx) as f64, (i / nx) as f64), depth))
         .collect();
+    Ok((points, nx))
+}
+
+/// Triangles of a sheet of `points` points in rows of `nx`, wound towards the camera.
+fn triangles(points: usize, nx: usize) -> Vec<[u32; 3]> {
+    let ny = points / nx;
     let mut triangles = Vec::with_capacity(2 * (nx - 1) * (ny - 1));
     for y in 1..ny {
         for x in 1..nx {
@@ -182,7 +257,7 @@ fn sheet(
             triangles.extend([[c, b, a], [a, d, c]]);
         }
     }
-    Ok((points, triangles))
+    triangles
 }
 
 fn aim_along_ray(camera: &Camera, surface: &FrameSurface, at: DVec3) -> Option<Aim> {

@@ -9,7 +9,7 @@ use strandbench_recon::surface::FrameSurface;
 use strandbench_recon::temporal::{Correspondence, FrameTracker, average};
 use strandbench_recon::tensor::{Tensor, outer, principal};
 use strandbench_recon::{
-    LUO, ReconError, SequenceFrame, SequenceReconstructor, StrandParameters, TemporalParameters, Variant,
+    Checkpoint, LUO, ReconError, SequenceFrame, SequenceReconstructor, StrandParameters, TemporalParameters, Variant,
     reconstruct,
 };
 use strandbench_rng::Rng;
@@ -277,6 +277,38 @@ fn strands_keep_their_identity_and_follow_the_ball() {
     );
     let notes = &out[1].outcome.as_ref().unwrap().diagnostics.notes;
     assert!(notes.iter().any(|n| n.contains("registered to frame 2")), "{notes:?}");
+}
+
+#[test]
+fn a_sequence_that_goes_on_from_a_checkpoint_has_the_bits_of_one_in_one_go() {
+    let (rig, frames) = film(8, DVec3::new(0.6, 0.0, 0.5));
+    let v = small().with("orientation_passes", "1").unwrap();
+    let whole = run(&rig, &frames, &v);
+    let mut first = SequenceReconstructor::new(&rig, &v).unwrap();
+    assert!(first.checkpoint().is_none());
+    let before: usize = frames[..6].iter().map(|f| first.push(f, &Silent).unwrap().len()).sum();
+    let bytes = first.checkpoint().unwrap().to_bytes();
+    drop(first);
+
+    let checkpoint = Checkpoint::from_bytes(&bytes).unwrap();
+    assert_eq!(checkpoint.frame as usize + 1, before);
+    let mut second = SequenceReconstructor::resume(&rig, &v, &checkpoint).unwrap();
+    let from = before.saturating_sub(second.looks_back());
+    assert!(from > 0, "the test is of a part of the sequence");
+    let mut out: Vec<SequenceFrame> =
+        frames[from..].iter().flat_map(|f| second.push(f, &Silent).unwrap()).collect();
+    out.extend(second.finish(&Silent).unwrap());
+    assert_eq!(out.iter().map(|f| f.frame_index as usize).collect::<Vec<_>>(), (before..8).collect::<Vec<_>>());
+    for (a, b) in out.iter().zip(&whole[before..]) {
+        assert_eq!(a.outcome.as_ref().unwrap().estimate, b.outcome.as_ref().unwrap().estimate);
+    }
+
+    // A checkpoint that does not fit, and a variant that has no use for one.
+    let other = v.with("node_spacing_mm", "22").unwrap();
+    let refused = SequenceReconstructor::resume(&rig, &other, &checkpoint).unwrap_err();
+    assert!(refused.to_string().contains("begin the sequence anew"), "{refused}");
+    let none = v.with("strands", "off").unwrap();
+    assert!(SequenceReconstructor::resume(&rig, &none, &checkpoint).is_err());
 }
 
 #[test]

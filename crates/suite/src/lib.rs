@@ -16,6 +16,7 @@
 mod cell;
 mod deadline;
 mod error;
+mod export;
 mod exposure;
 mod framing;
 pub mod hash;
@@ -37,6 +38,7 @@ mod stage;
 
 pub use cell::{Cell, Outcome, Places, Row};
 pub use error::SuiteError;
+pub use export::{Export, Exported, MESH_ENDINGS, STRAND_ENDINGS, export};
 pub use exposure::{METERED_SHARE, Metered};
 pub use import::{Imported, import};
 pub use lock::{LOCK_FILE, Lock};

@@ -168,12 +168,21 @@ impl SceneJob {
         Ok(strandbench_scenes::build(&self.spec, seed, self.base())?)
     }
 
+    /// Whether the description names files.
+    pub(crate) fn names_files(&self) -> bool {
+        self.files().next().is_some()
+    }
+
+    fn files(&self) -> impl Iterator<Item = &PathBuf> {
+        let hair = self.spec.hair_file.iter().map(|h| &h.path);
+        let map = self.spec.environment.iter().filter_map(|e| e.file.as_ref());
+        hair.chain(&self.spec.head.mesh_file).chain(map)
+    }
+
     /// What a render depends on: the description and the content of every file that it names.
     pub(crate) fn inputs(&self) -> Result<BTreeMap<String, String>, SuiteError> {
         let mut inputs = BTreeMap::from([("scene".to_owned(), hash::of_bytes(self.toml.as_bytes()))]);
-        let hair = self.spec.hair_file.iter().map(|h| &h.path);
-        let map = self.spec.environment.iter().filter_map(|e| e.file.as_ref());
-        for file in hair.chain(&self.spec.head.mesh_file).chain(map) {
+        for file in self.files() {
             let file = self.base().unwrap_or(Path::new("")).join(file);
             inputs.insert(format!("file {}", file.display()), hash::of_file(&file)?);
         }

@@ -91,7 +91,7 @@ pub struct SequenceFile {
     /// The scene as TOML, overrides applied; empty for frames from elsewhere, whose motion nobody knows.
     #[serde(default)]
     pub toml: String,
-    /// Where relative file names of the scene start.
+    /// Where relative file names of the scene start; empty if it names none.
     #[serde(default)]
     pub base: PathBuf,
     /// Seed of hair, motion, sampling, noise and nulls.

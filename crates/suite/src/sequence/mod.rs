@@ -43,7 +43,8 @@ pub(crate) fn run_stages(
             .map_err(|e| ("reconstruct", e))?;
     let scored = score_sequence(&places.render, &places.reconstruct, seed, &places.score, progress)
         .map_err(|e| ("score", e))?;
-    let reported = report::sequence::report(places, &cell.method.label, progress).map_err(|e| ("report", e))?;
+    let reported =
+        report::sequence::report(places, &cell.method.label, progress).map_err(|e| ("report", e))?;
     Ok(vec![rendered.whole(), reconstructed.whole(), scored.whole(), reported])
 }
 

@@ -10,10 +10,16 @@ use crate::{SuiteError, hash};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
-use strandbench_recon::{ReconError, SequenceFrame, SequenceReconstructor, Variant};
+use strandbench_io::atomic_write;
+use strandbench_recon::{Checkpoint, ReconError, SequenceFrame, SequenceReconstructor, Variant};
 
 /// File of a frame without an answer.
 pub const ABSENT: &str = "absent.json";
+
+/// What a variant that tracks strands goes on from: the key of the frame after which it was taken, then the checkpoint.
+const TRACKED: &str = "tracked.bin";
+/// Bytes of a key.
+const KEY: usize = 32;
 
 /// `absent.json`: the method had no answer to this frame; it is scored as absent.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -24,8 +30,8 @@ pub struct AbsentFile {
 }
 
 /// Reconstructs all frames of the sequence in `render` into folders below `out`, in memory that does not grow with their
-/// number. Frames whose folders are whole and depend on nothing that changed are kept; a variant without strands starts
-/// again right before the first that is missing, one that tracks strands from the first frame looks at all of them again.
+/// number. Frames whose folders are whole and depend on nothing that changed are kept; the method starts again right before
+/// the first that is missing, one that tracks strands from where its checkpoint stands, with the same bits as in one go.
 ///
 /// # Errors
 /// If a frame cannot be read, disagrees with the rig, or the work is cancelled; finished frames then stand.
@@ -76,19 +82,32 @@ pub fn reconstruct_sequence(
     let quiet = Quiet(progress);
     if let (Some(&first), Some(&last)) = (missing.first(), missing.last()) {
         progress.stage_begins("reconstruct", out, &format!("{} of {} frames", missing.len(), frames.len()));
-        let begin = if tracks { 0 } else { first.saturating_sub(1) };
+        let mut begin = if tracks { 0 } else { first.saturating_sub(1) };
+        let tracked = out.join(TRACKED);
+        if tracks
+            && let Some((k, checkpoint)) = read_checkpoint(&tracked, frames, inputs)
+            && k < first
+        {
+            method = SequenceReconstructor::resume(&rig, variant, &checkpoint)
+                .map_err(|e| refused(frames[k], e))?;
+            begin = (k + 1).saturating_sub(method.looks_back());
+        }
         let end = (last + latency + 1).min(frames.len());
         progress.begin("frames reconstructed", (end - begin) as u64);
-        let keep = |answers: Vec<SequenceFrame>| -> Result<(), SuiteError> {
+        let keep = |answers: Vec<SequenceFrame>, checkpoint: Option<Checkpoint>| -> Result<(), SuiteError> {
             for a in answers {
                 let k = frames.binary_search(&a.frame_index).expect("a frame that was pushed");
                 // What lies at the ends of a part of the sequence lacks a neighbour that it has in the whole.
                 if missing.contains(&k) {
                     stage::run("reconstruct", &folder(k), inputs(k), &quiet, |dir| write(dir, a))?;
                 }
-                progress.advance(1);
             }
-            Ok(())
+            let Some(c) = checkpoint.filter(|_| tracks) else { return Ok(()) };
+            let k = frames.binary_search(&c.frame).expect("a frame that was pushed");
+            Ok(atomic_write(&tracked, |w| {
+                w.write_all(hash::of_map(&inputs(k)).as_bytes())?;
+                w.write_all(&c.to_bytes())
+            })?)
         };
         for (k, &index) in frames.iter().enumerate().take(end).skip(begin) {
             let dir = sequence.frame_dir(index).join(FRAME);
@@ -98,9 +117,12 @@ pub fn reconstruct_sequence(
                 return Err(SuiteError::file(&dir, problem));
             }
             frame.index = frames[k];
-            keep(method.push(&frame, &quiet).map_err(|e| refused(index, e))?)?;
+            let answers = method.push(&frame, &quiet).map_err(|e| refused(index, e))?;
+            let checkpoint = if answers.is_empty() { None } else { method.checkpoint() };
+            keep(answers, checkpoint)?;
+            progress.advance(1);
         }
-        keep(method.finish(&quiet).map_err(|e| refused(frames[end - 1], e))?)?;
+        keep(method.finish(&quiet).map_err(|e| refused(frames[end - 1], e))?, None)?;
     }
     let mut stages = Stages::default();
     for k in 0..frames.len() {
@@ -112,6 +134,18 @@ pub fn reconstruct_sequence(
     }
     progress.stage_done(&stages.whole());
     Ok(stages)
+}
+
+/// The checkpoint in a file and the place of its frame in the sequence, if it is of this variant and these frames.
+fn read_checkpoint(
+    path: &Path,
+    frames: &[u32],
+    inputs: impl Fn(usize) -> BTreeMap<String, String>,
+) -> Option<(usize, Checkpoint)> {
+    let bytes = std::fs::read(path).ok()?;
+    let checkpoint = Checkpoint::from_bytes(bytes.get(KEY..)?).ok()?;
+    let k = frames.binary_search(&checkpoint.frame).ok()?;
+    (bytes[..KEY] == *hash::of_map(&inputs(k)).as_bytes()).then_some((k, checkpoint))
 }
 
 fn write(dir: &Path, answer: SequenceFrame) -> Result<(), SuiteError> {

@@ -9,7 +9,7 @@ use crate::render::{Shot, render_shot};
 use crate::stage::{self, Progress, read_json, write_json};
 use crate::{SceneJob, SuiteError};
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use strandbench_io::atomic_write;
 use strandbench_renderer::Settings;
 use strandbench_rng::Rng;
@@ -70,9 +70,14 @@ pub fn render_sequence(
         frames: indices.clone(),
         frame_rate_hz: job.spec().rig.frame_rate_hz,
         toml: job.toml.clone(),
-        base: std::path::absolute(job.base().unwrap_or(Path::new("")))
-            .or_else(|_| std::env::current_dir())
-            .unwrap_or_default(),
+        base: if job.names_files() {
+            let base = job.base().unwrap_or(Path::new(""));
+            std::path::absolute(base)
+                .or_else(|_| std::env::current_dir())
+                .map_err(|e| SuiteError::file(base, e))?
+        } else {
+            PathBuf::new()
+        },
         seed,
     };
     let text = serde_json::to_string_pretty(&file).expect("plain data") + "\n";

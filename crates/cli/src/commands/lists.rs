@@ -1,0 +1,64 @@
+//! What there is to choose from.
+
+use super::print_json;
+use crate::args::ListArgs;
+use crate::table;
+use anyhow::Result;
+use serde_json::json;
+use strandbench_recon::VARIANTS;
+use strandbench_suite::{Method, SceneJob, SuiteError};
+
+pub(super) fn scenes(list: &ListArgs, json: bool) -> Result<bool> {
+    let entry = |name: &str| SceneJob::open(name, &[]);
+    match list {
+        ListArgs::List => {
+            let jobs: Vec<SceneJob> =
+                strandbench_suite::all_scenes().map(|e| entry(e.name)).collect::<Result<_, SuiteError>>()?;
+            if json {
+                let all: Vec<_> = jobs
+                    .iter()
+                    .map(|j| {
+                        let s = j.spec();
+                        json!({"name": j.name, "description": s.description, "difficulty": s.difficulty,
+                               "stresses": s.stresses, "frames": s.motion.as_ref().map(|m| m.frames), "strands": s.groom.as_ref().map(|g| g.strands),
+                               "default": j.name == strandbench_scenes::DEFAULT_SCENE})
+                    })
+                    .collect();
+                return print_json(&serde_json::Value::Array(all));
+            }
+            print!("{}", table::scenes(&jobs));
+        }
+        ListArgs::Show { name } => {
+            let job = entry(name)?;
+            if json {
+                return print_json(&serde_json::to_value(job.spec())?);
+            }
+            print!("{}", job.toml);
+        }
+    }
+    Ok(true)
+}
+
+pub(super) fn variants(list: &ListArgs, json: bool) -> Result<bool> {
+    match list {
+        ListArgs::List => {
+            if json {
+                return print_json(&serde_json::to_value(VARIANTS)?);
+            }
+            for v in VARIANTS {
+                println!("{:<22} {}", v.name, v.asks);
+            }
+        }
+        ListArgs::Show { name } => {
+            let method = Method::find(name, &[])?;
+            if json {
+                return print_json(&serde_json::to_value(method.variant)?);
+            }
+            println!("{}: {}", method.variant.name, method.variant.asks);
+            for (key, value) in method.variant.entries() {
+                println!("  {key} = {value}");
+            }
+        }
+    }
+    Ok(true)
+}

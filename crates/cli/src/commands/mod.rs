@@ -1,0 +1,144 @@
+//! Each command as a call into the suite.
+
+mod files;
+mod lists;
+mod stages;
+
+use crate::args::{Args, Command, ImportOptionArgs, RunArgs, SceneArgs};
+use crate::progress::{Show, listen_for_ctrl_c};
+use crate::table;
+use anyhow::{Result, anyhow, bail};
+use strandbench_io::{ImportOptions, PRESETS};
+use strandbench_suite::{Cell, Lock, Method, Part, SceneJob};
+
+/// Runs the command; `false` if it ran and something in it failed.
+pub fn run(args: &Args) -> Result<bool> {
+    if let Some(threads) = args.common.threads {
+        rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global()?;
+    }
+    let show = Show::new(args.common.quiet);
+    let json = args.common.json;
+    match &args.command {
+        Command::Scenes(list) => lists::scenes(list, json),
+        Command::Variants(list) => lists::variants(list, json),
+        work => {
+            listen_for_ctrl_c()?;
+            match work {
+                Command::Bench(a) => crate::bench::run(a, args.common.threads, &show, json),
+                Command::Run(a) => run_job(a, &show, json),
+                Command::Render(a) => stages::render(a, &show, json),
+                Command::Reconstruct(a) => stages::reconstruct(a, &show, json),
+                Command::Score(a) => stages::score(a, &show, json),
+                Command::Report(a) => stages::report(a, &show, json),
+                Command::Import(a) => files::import(a, &show, json),
+                Command::Export(a) => files::export(a, &show, json),
+                Command::Crosscheck(a) => crate::crosscheck::crosscheck(a, &show, json),
+                Command::Scenes(_) | Command::Variants(_) => unreachable!("answered above"),
+            }
+        }
+    }
+}
+
+pub(crate) fn print_json(value: &serde_json::Value) -> Result<bool> {
+    println!("{}", serde_json::to_string_pretty(value)?);
+    Ok(true)
+}
+
+/// The scenes asked for; the default scene if none is named.
+fn scene_jobs(args: &SceneArgs) -> Result<Vec<SceneJob>> {
+    if let Some(hair) = &args.hair {
+        // Without --radius-mm the job chooses one by the number of strands, and says so.
+        let options = ImportOptions { radius_mm: args.import.radius_mm, ..import_options(&args.import)? };
+        return Ok(vec![SceneJob::from_hair(hair, options, args.import.head.clone(), &args.settings)?]);
+    }
+    let i = &args.import;
+    let only_hair = [
+        ("--preset", i.preset.is_some()),
+        ("--scale-mm", i.scale_mm.is_some()),
+        ("--up", i.up.is_some()),
+        ("--forward", i.forward.is_some()),
+        ("--radius-mm", i.radius_mm.is_some()),
+        ("--max-segment-mm", i.max_segment_mm.is_some()),
+        ("--points-per-strand", i.points_per_strand.is_some()),
+        ("--head", i.head.is_some()),
+    ];
+    if let Some((name, _)) = only_hair.iter().find(|(_, given)| *given) {
+        bail!("{name} says how to read a hair file; give one with --hair FILE");
+    }
+    let names: Vec<&str> = if args.all {
+        strandbench_scenes::catalog().iter().map(|e| e.name).collect()
+    } else if args.scene.is_empty() {
+        vec![strandbench_scenes::DEFAULT_SCENE]
+    } else {
+        args.scene.iter().map(String::as_str).collect()
+    };
+    Ok(names.into_iter().map(|n| SceneJob::open(n, &args.settings)).collect::<Result<_, _>>()?)
+}
+
+fn import_options(args: &ImportOptionArgs) -> Result<ImportOptions> {
+    let mut options = match &args.preset {
+        None => ImportOptions::default(),
+        Some(name) => ImportOptions::preset(name)
+            .ok_or_else(|| anyhow!("--preset {name}: unknown; known are {}", PRESETS.join(", ")))?,
+    };
+    options.scale_mm = args.scale_mm.unwrap_or(options.scale_mm);
+    options.up = args.up.clone().unwrap_or(options.up);
+    options.forward = args.forward.clone().unwrap_or(options.forward);
+    options.radius_mm = args.radius_mm.or(options.radius_mm);
+    options.max_segment_mm = args.max_segment_mm.unwrap_or(options.max_segment_mm);
+    options.points_per_strand = args.points_per_strand.or(options.points_per_strand);
+    Ok(options)
+}
+
+/// What else than the scene a render's folder name tells: another seed, other sampling.
+fn suffix(args: &SceneArgs) -> String {
+    let seed = (args.seed != 1).then(|| format!("+seed={}", args.seed));
+    let sampling = args.settings.iter().filter(|s| s.part == Part::Render);
+    seed.into_iter().chain(sampling.map(|s| format!("+{}={}", s.key, s.value))).collect()
+}
+
+fn cells(args: &SceneArgs, variants: &[String]) -> Result<Vec<Cell>> {
+    let settings = strandbench_suite::render_settings(&args.settings)?;
+    let methods: Vec<Method> =
+        variants.iter().map(|v| Method::find(v, &args.settings)).collect::<Result<_, _>>()?;
+    let mut cells = Vec::new();
+    for scene in scene_jobs(args)? {
+        for method in &methods {
+            cells.push(Cell {
+                scene: scene.clone(),
+                method: method.clone(),
+                settings: settings.clone(),
+                suffix: suffix(args),
+                seed: args.seed,
+                frames: args.frames,
+                time_limit_s: None,
+            });
+        }
+    }
+    Ok(cells)
+}
+
+/// What was decided for a hair file, each once.
+fn say_notes(cells: &[Cell], show: &Show) {
+    for note in cells.first().iter().flat_map(|c| &c.scene.notes) {
+        show.say(&format!("{:<12} {note}", "hair file"));
+    }
+}
+
+fn run_job(args: &RunArgs, show: &Show, json: bool) -> Result<bool> {
+    let mut cells = cells(&args.scene, &args.variant)?;
+    cells.iter_mut().for_each(|cell| cell.time_limit_s = args.time_limit);
+    say_notes(&cells, show);
+    let _lock = Lock::take(&args.scene.out)?;
+    let summary = strandbench_suite::run_all(&cells, &args.scene.out, show)?;
+    if json {
+        print_json(&serde_json::to_value(&summary)?)?;
+    } else if !show.quiet() {
+        print!("{}", table::summary(&summary));
+    }
+    let failed: Vec<String> = summary.rows.iter().filter_map(table::failure).collect();
+    for line in &failed {
+        eprintln!("strandbench: {line}");
+    }
+    Ok(failed.is_empty())
+}

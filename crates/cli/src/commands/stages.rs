@@ -1,0 +1,167 @@
+//! The stages apart, each on the folder that the one before wrote.
+
+use super::{cells, print_json, say_notes};
+use crate::args::{ReconstructArgs, RenderArgs, ReportArgs, ScoreArgs};
+use crate::progress::Show;
+use crate::table;
+use anyhow::{Context, Result, anyhow, bail};
+use serde_json::json;
+use std::path::{Path, PathBuf};
+use strandbench_suite::sequence::{self, ALL_FRAMES, Sequence};
+use strandbench_suite::{Done, ESTIMATE, FRAME, Lock, Method, Part, Places, Setting, TRUTH};
+
+pub(super) fn render(args: &RenderArgs, show: &Show, json: bool) -> Result<bool> {
+    if let Some(wrong) = args.scene.settings.iter().find(|s| s.part == Part::Recon) {
+        bail!("--set {wrong}: rendering has no such setting; use scene.KEY or render.KEY");
+    }
+    let cells = cells(&args.scene, &["luo".to_owned()])?;
+    say_notes(&cells, show);
+    let _lock = Lock::take(&args.scene.out)?;
+    let mut done = Vec::new();
+    for cell in &cells {
+        let (scene, settings, seed) = (&cell.scene, &cell.settings, cell.seed);
+        let folder = cell.places(&args.scene.out).render;
+        if scene.moves() {
+            let frames = cell.frames.unwrap_or_default();
+            done.push(sequence::render_sequence(scene, settings, seed, frames, &folder, show)?.whole());
+        } else if cell.frames.is_some() {
+            bail!("scene {} has one pose: --frames is for moving scenes", scene.name);
+        } else {
+            done.push(strandbench_suite::render(scene, settings, seed, &folder, show)?);
+        }
+    }
+    tell(&done, show, json)
+}
+
+/// Prints finished stages.
+fn tell(done: &[Done], show: &Show, json: bool) -> Result<bool> {
+    if json {
+        let all: Vec<_> = done
+            .iter()
+            .map(|d| json!({"folder": d.folder, "reused": d.reused, "reason": d.reason, "record": d.record}))
+            .collect();
+        return print_json(&serde_json::Value::Array(all));
+    }
+    for d in done.iter().filter(|_| !show.quiet()) {
+        println!("{}", d.folder.display());
+    }
+    Ok(true)
+}
+
+/// The folder two above, by name; a path that is only a name is completed first.
+fn beside(folder: &Path, up: usize, name: &str) -> Result<PathBuf> {
+    let whole = std::path::absolute(folder).with_context(|| folder.display().to_string())?;
+    let base =
+        whole.ancestors().nth(up).ok_or_else(|| anyhow!("{}: has no folder {up} above", folder.display()))?;
+    Ok(base.join(name))
+}
+
+pub(super) fn reconstruct(args: &ReconstructArgs, show: &Show, json: bool) -> Result<bool> {
+    if let Some(wrong) = args.settings.iter().find(|s: &&Setting| s.part != Part::Recon) {
+        bail!("--set {wrong}: only the method's parameters can be changed here");
+    }
+    let method = Method::find(&args.variant, &args.settings)?;
+    if Sequence::is(&args.folder) {
+        let out = match &args.out {
+            Some(out) => out.clone(),
+            None => beside(&args.folder, 1, &method.label)?.join("reconstruct"),
+        };
+        let stages = sequence::reconstruct_sequence(&args.folder, &method.variant, &out, show)?;
+        return tell(&[stages.whole()], show, json);
+    }
+    let frame = if args.folder.join(FRAME).is_dir() { args.folder.join(FRAME) } else { args.folder.clone() };
+    let out = match &args.out {
+        Some(out) => out.clone(),
+        None if frame != args.folder => beside(&args.folder, 1, &method.label)?.join("reconstruct"),
+        None => bail!("{} is not a render folder; say where to write with --out DIR", args.folder.display()),
+    };
+    tell(&[strandbench_suite::reconstruct(&frame, &method.variant, &out, show)?], show, json)
+}
+
+/// Scores the frames of a variant folder, or of a folder of answers; `None` if the truth is not of a sequence.
+fn score_sequence(args: &ScoreArgs, show: &Show) -> Result<Option<Done>> {
+    let within = args.folder.join("reconstruct");
+    let (answers, variant) = if within.is_dir() {
+        (within, args.folder.clone())
+    } else {
+        (args.folder.clone(), beside(&args.folder, 1, "")?)
+    };
+    let render = match &args.truth {
+        Some(render) => render.clone(),
+        None => beside(&variant, 1, "render")?,
+    };
+    if !Sequence::is(&render) {
+        return Ok(None);
+    }
+    let seed = match args.seed {
+        Some(seed) => seed,
+        None => Sequence::open(&render)?.file.seed,
+    };
+    let out = args.out.clone().unwrap_or_else(|| variant.join("score"));
+    Ok(Some(sequence::score_sequence(&render, &answers, seed, &out, show)?.whole()))
+}
+
+pub(super) fn score(args: &ScoreArgs, show: &Show, json: bool) -> Result<bool> {
+    if let Some(done) = score_sequence(args, show)? {
+        print_scores(&done.folder.join(ALL_FRAMES), show, json)?;
+        return tell(&[done], show, json);
+    }
+    let candidates = [args.folder.join("reconstruct").join(ESTIMATE), args.folder.join(ESTIMATE)];
+    let within = candidates.iter().position(|c| c.is_dir());
+    let estimate = within.map_or_else(|| args.folder.clone(), |i| candidates[i].clone());
+    // The variant folder is the one asked for, or its parent if its reconstruct folder was.
+    let variant = |name: &str| match within {
+        Some(levels) => beside(&args.folder, levels, name),
+        None if !args.folder.is_dir() => {
+            bail!("{}: there is no such folder; `strandbench reconstruct` makes one", args.folder.display())
+        }
+        None => bail!("{} is a bare estimate; say --truth DIR and --out DIR", args.folder.display()),
+    };
+    let truth = match &args.truth {
+        Some(truth) => truth.clone(),
+        None => variant("../render")?.join(TRUTH),
+    };
+    let out = match &args.out {
+        Some(out) => out.clone(),
+        None => variant("score")?,
+    };
+    let render = truth.parent().unwrap_or(Path::new("."));
+    let seed = match args.seed {
+        Some(seed) => seed,
+        None => strandbench_suite::read_render_file(render).map_or(1, |r| r.seed),
+    };
+    let done = strandbench_suite::score(&truth, &estimate, seed, &out, show)?;
+    print_scores(&done.folder, show, json)?;
+    tell(&[done], show, json)
+}
+
+/// The figures of a score folder as a table.
+fn print_scores(folder: &Path, show: &Show, json: bool) -> Result<()> {
+    if !json && !show.quiet() {
+        let path = folder.join(strandbench_suite::SCORES);
+        let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
+        let file: strandbench_suite::ScoreFile =
+            serde_json::from_str(&text).with_context(|| path.display().to_string())?;
+        print!("{}", table::scores(&file.scores));
+    }
+    Ok(())
+}
+
+pub(super) fn report(args: &ReportArgs, show: &Show, json: bool) -> Result<bool> {
+    if !args.folder.is_dir() {
+        bail!("{}: there is no such folder; `strandbench score` makes one", args.folder.display());
+    }
+    let render = match &args.render {
+        Some(render) => render.clone(),
+        None => beside(&args.folder, 1, "render")?,
+    };
+    let variant = std::path::absolute(&args.folder)?;
+    let name = variant.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let places = Places::new(&render, &args.folder);
+    let done = if Sequence::is(&render) {
+        strandbench_suite::report::sequence::report(&places, &name, show)?
+    } else {
+        strandbench_suite::report::report(&places, &name, show)?
+    };
+    tell(&[done], show, json)
+}

@@ -48,6 +48,7 @@ const STAGES: &[(&str, &[&str])] = &[
             "crates/score",
             "crates/suite/src/score.rs",
             "crates/suite/src/sequence/score.rs",
+            "crates/suite/src/sequence/whole.rs",
             "crates/suite/src/stage.rs",
         ],
     ),

@@ -71,6 +71,7 @@ Exit code 0: every cell was scored. 1: at least one failed (its row says why). 1
     #[command(after_help = "Examples:
   strandbench score strandbench-out/straight-blonde/luo
   strandbench score my-estimate --truth strandbench-out/straight-blonde/render/truth --out my-scores
+  strandbench score out/moving-messy-red/luo-strands --rest out/moving-still/luo-strands out/moving-still+seed=2/luo-strands
 
 An estimate of any program can be scored: a folder with depth.exr, orientation.exr, orientation_3d.exr,
 envelope.ply or strands.hair, whichever it has. What is not there counts as not answered.")]
@@ -253,6 +254,10 @@ pub struct ScoreArgs {
     /// Seed of the nulls [default: the render's]
     #[arg(long)]
     pub seed: Option<u64>,
+    /// Of a sequence with strands: two variant folders of the same hair at rest, rendered with two seeds; what they
+    /// differ by is the flicker floor that C2 is measured above
+    #[arg(long, num_args = 2, value_names = ["DIR", "DIR"])]
+    pub rest: Vec<PathBuf>,
     /// Folder to write [default: score in the variant folder]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,

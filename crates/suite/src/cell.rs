@@ -2,8 +2,8 @@
 
 use crate::report::PAGE;
 use crate::score::{SCORES, ScoreFile};
-use crate::stage::{Done, read_json};
 use crate::sequence::{ALL_FRAMES, Frames};
+use crate::stage::{Done, read_json};
 use crate::{Cost, Method, SceneJob, SuiteError};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

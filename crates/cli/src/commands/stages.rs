@@ -97,14 +97,19 @@ fn score_sequence(args: &ScoreArgs, show: &Show) -> Result<Option<Done>> {
         Some(seed) => seed,
         None => Sequence::open(&render)?.file.seed,
     };
+    let rest: Option<[PathBuf; 2]> =
+        args.rest.iter().map(|r| r.join("reconstruct")).collect::<Vec<_>>().try_into().ok();
     let out = args.out.clone().unwrap_or_else(|| variant.join("score"));
-    Ok(Some(sequence::score_sequence(&render, &answers, seed, &out, show)?.whole()))
+    Ok(Some(sequence::score_sequence(&render, &answers, seed, rest.as_ref(), &out, show)?.whole()))
 }
 
 pub(super) fn score(args: &ScoreArgs, show: &Show, json: bool) -> Result<bool> {
     if let Some(done) = score_sequence(args, show)? {
         print_scores(&done.folder.join(ALL_FRAMES), show, json)?;
         return tell(&[done], show, json);
+    }
+    if !args.rest.is_empty() {
+        bail!("--rest is for sequences; {} is not one", args.folder.display());
     }
     let candidates = [args.folder.join("reconstruct").join(ESTIMATE), args.folder.join(ESTIMATE)];
     let within = candidates.iter().position(|c| c.is_dir());

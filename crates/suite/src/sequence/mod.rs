@@ -17,11 +17,13 @@ mod quiet;
 mod reconstruct;
 mod render;
 mod score;
+mod whole;
 
 pub use file::{Frames, SEQUENCE_FILE, Sequence, SequenceFile, frame_name};
 pub use reconstruct::{ABSENT, AbsentFile, reconstruct_sequence};
 pub use render::render_sequence;
-pub use score::{ALL_FRAMES, FRAME_FIGURES, FrameRow, SequenceFigures, score_sequence};
+pub use score::score_sequence;
+pub use whole::{ALL_FRAMES, FRAME_FIGURES, FrameRow, SequenceFigures};
 
 use crate::machine::Cost;
 use crate::stage::{Done, Progress};
@@ -41,7 +43,7 @@ pub(crate) fn run_stages(
     let reconstructed =
         reconstruct_sequence(&places.render, &cell.method.variant, &places.reconstruct, progress)
             .map_err(|e| ("reconstruct", e))?;
-    let scored = score_sequence(&places.render, &places.reconstruct, seed, &places.score, progress)
+    let scored = score_sequence(&places.render, &places.reconstruct, seed, None, &places.score, progress)
         .map_err(|e| ("score", e))?;
     let reported =
         report::sequence::report(places, &cell.method.label, progress).map_err(|e| ("report", e))?;

@@ -70,7 +70,8 @@ impl Moving {
             seconds.sort_by(f64::total_cmp);
             seconds[seconds.len() / 2]
         };
-        let steps = order.into_iter().map(|s| (s.clone(), median(times.remove(&s).unwrap_or_default()))).collect();
+        let steps =
+            order.into_iter().map(|s| (s.clone(), median(times.remove(&s).unwrap_or_default()))).collect();
         Ok(Moving {
             render: read_render_file(&sequence.frame_dir(sequence.file.frames[0]))?,
             scores: read_json(&all.join(SCORES))?,

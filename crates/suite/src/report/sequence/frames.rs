@@ -2,12 +2,12 @@
 
 use super::data::Moving;
 use super::draw;
+use crate::SuiteError;
 use crate::pictures::{self, sequential};
 use crate::render::FRAME;
 use crate::score::{ERROR_CHANNEL, ERRORS};
 use crate::sequence::frame_name;
 use crate::stage::Progress;
-use crate::SuiteError;
 use std::io::Write as _;
 use std::path::Path;
 use strandbench_renderer::{RenderError, RenderScene, Settings};
@@ -56,8 +56,9 @@ pub(super) fn write(data: &Moving, dir: &Path, progress: &dyn Progress) -> Resul
     for &index in frames {
         progress.check()?;
         let (_, frame) = strandbench_io::read_frame_of_sequence(&data.sequence.frame_dir(index).join(FRAME))?;
-        let gain =
-            *gain.get_or_insert_with(|| pictures::exposure(frame.images.iter().flat_map(|i| i.data.iter().copied())));
+        let gain = *gain.get_or_insert_with(|| {
+            pictures::exposure(frame.images.iter().flat_map(|i| i.data.iter().copied()))
+        });
         let estimate = data.estimate(index)?;
         let truth = data.sequence.truth(index)?;
         let input = pictures::monochrome(&frame.images[0], gain);
@@ -84,7 +85,8 @@ pub(super) fn write(data: &Moving, dir: &Path, progress: &dyn Progress) -> Resul
         }
         progress.advance(1);
     }
-    let kinds = KINDS.into_iter().filter(|k| has_strands || !["strands", "synthesised"].contains(&k.0)).collect();
+    let kinds =
+        KINDS.into_iter().filter(|k| has_strands || !["strands", "synthesised"].contains(&k.0)).collect();
     Ok(Pictures { kinds, coloured })
 }
 
@@ -118,7 +120,11 @@ fn error(data: &Moving, index: u32, truth: &Truth) -> Result<Plane<[u8; 3]>, Sui
 
 /// The strands that are drawn, and the distance to the truth at each of their points. Strands that keep their identity
 /// are the same ones in every frame.
-fn drawn(strands: &StrandSet, ids: Option<&[u64]>, truth: &Truth) -> Result<(StrandSet, Vec<f32>), SuiteError> {
+fn drawn(
+    strands: &StrandSet,
+    ids: Option<&[u64]>,
+    truth: &Truth,
+) -> Result<(StrandSet, Vec<f32>), SuiteError> {
     let step = strands.len().div_ceil(DRAWN).max(1) as u64;
     let mut few = StrandSet::new();
     for s in 0..strands.len() {
@@ -151,7 +157,8 @@ fn synthesised(
         depth: 1,
         ..data.render.settings.clone()
     };
-    let render = RenderScene::new(&scene).and_then(|s| s.render(0, &settings, data.render.seed, &Still(progress)));
+    let render =
+        RenderScene::new(&scene).and_then(|s| s.render(0, &settings, data.render.seed, &Still(progress)));
     match render {
         Ok(render) => Ok(pictures::radiance(&render.radiance_rgb)),
         Err(RenderError::Cancelled(_)) => Err(SuiteError::Cancelled),

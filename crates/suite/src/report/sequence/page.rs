@@ -15,14 +15,20 @@ pub(super) fn verdict(data: &Moving) -> String {
     let n = data.sequence.file.frames.len();
     let absent = data.figures.frames.iter().filter(|f| f.absent.is_some()).count();
     let mut text = match t.score("A1.median", "method").map(|s| s.value) {
-        Some(Some(mm)) => format!("Over {n} frames half of the hair pixels have a depth within {mm:.2} mm of the truth."),
-        _ => format!("Over {n} frames more than half of the hair pixels have no usable depth: the method fails here."),
+        Some(Some(mm)) => {
+            format!("Over {n} frames half of the hair pixels have a depth within {mm:.2} mm of the truth.")
+        }
+        _ => format!(
+            "Over {n} frames more than half of the hair pixels have no usable depth: the method fails here."
+        ),
     };
     if absent > 0 {
         text.push_str(&format!(" {absent} of the frames have no answer and count as wrong."));
     }
     if let Some(mm) = t.method("C3.flicker.p50") {
-        text.push_str(&format!(" The depth of a piece of hair flickers by {mm:.2} mm (median standard deviation)."));
+        text.push_str(&format!(
+            " The depth of a piece of hair flickers by {mm:.2} mm (median standard deviation)."
+        ));
     }
     if let (Some(f), Some(n1)) = (t.method("B1.f_3mm"), t.score("B1.f_3mm", "N1").and_then(|s| s.value)) {
         let n2 = t.score("B1.f_3mm", "N2").and_then(|s| s.value).unwrap_or(n1);
@@ -90,8 +96,11 @@ fn player(data: &Moving, pictures: &Pictures) -> Markup {
         .frames
         .iter()
         .map(|&index| {
-            let names: Vec<String> =
-                pictures.kinds.iter().map(|k| format!("{}/{}", super::PICTURES, frames::name(index, k.0))).collect();
+            let names: Vec<String> = pictures
+                .kinds
+                .iter()
+                .map(|k| format!("{}/{}", super::PICTURES, frames::name(index, k.0)))
+                .collect();
             serde_json::json!({ "index": index, "files": names })
         })
         .collect();
@@ -125,7 +134,8 @@ fn player(data: &Moving, pictures: &Pictures) -> Markup {
 }
 
 fn absent(data: &Moving) -> Markup {
-    let rows: Vec<_> = data.figures.frames.iter().filter_map(|f| Some((f.index, f.absent.as_ref()?))).collect();
+    let rows: Vec<_> =
+        data.figures.frames.iter().filter_map(|f| Some((f.index, f.absent.as_ref()?))).collect();
     html! {
         @if !rows.is_empty() {
             h3 { "Frames without an answer" }
@@ -139,8 +149,8 @@ fn absent(data: &Moving) -> Markup {
 
 /// What Luo et al. (section 6) give for a part of their method, s, and the steps that make up that part here.
 const PAPER: [(&str, &str, &[&str]); 5] = [
-    ("orientation field", "30", &["orientation"]),
-    ("multi-view stereo", "300", &["data term", "aggregation", "minimisation", "refinement", "filter", "mesh"]),
+    ("orientation field", "30", &["pyramid", "orientation"]),
+    ("multi-view stereo", "300", &["cost volume", "aggregation", "level sum", "mrf", "refinement", "mesh"]),
     ("temporal de-noising", "180", &["registration", "denoise"]),
     ("surface tracking, seeds", "60", &["template", "layer", "seeds"]),
     ("growing", "120", &["orientation 3d", "diffusion", "growth"]),

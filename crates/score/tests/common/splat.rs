@@ -35,7 +35,7 @@ struct Buffer {
     sample: Vec<u32>,
 }
 
-fn splat(camera: &Camera, strands: &StrandSet, offsets: &[u32]) -> Buffer {
+fn splat(camera: &Camera, strands: &StrandSet, offsets: &[u32], radius_mm: f64) -> Buffer {
     let width = camera.width as usize * SUB;
     let n = width * camera.height as usize * SUB;
     let mut b = Buffer { width, depth: vec![f32::INFINITY; n], sample: vec![u32::MAX; n] };
@@ -55,17 +55,34 @@ fn splat(camera: &Camera, strands: &StrandSet, offsets: &[u32]) -> Buffer {
                 if !camera.contains(uv) {
                     continue;
                 }
-                let at = (uv.y * SUB as f64) as usize * width + (uv.x * SUB as f64) as usize;
-                if (z as f32) < b.depth[at] {
-                    b.depth[at] = z as f32;
-                    let i = ((arc + u * length) / f64::from(VISIBILITY_STEP_MM)) as u32;
-                    b.sample[at] = offsets[s] + i.min(count - 1);
-                }
+                let i = ((arc + u * length) / f64::from(VISIBILITY_STEP_MM)) as u32;
+                let sample = offsets[s] + i.min(count - 1);
+                let radius = radius_mm * camera.focal_px.x / z * SUB as f64;
+                disc(uv * SUB as f64, radius, (width, camera.height as usize * SUB), |at| {
+                    if (z as f32) < b.depth[at] {
+                        b.depth[at] = z as f32;
+                        b.sample[at] = sample;
+                    }
+                });
             }
             arc += length;
         }
     }
     b
+}
+
+/// Each sub-pixel of an image whose centre is within `radius` of `middle`, and the one that holds `middle`.
+fn disc(middle: DVec2, radius: f64, (width, height): (usize, usize), mut each: impl FnMut(usize)) {
+    let (x, y) = (middle.x as usize, middle.y as usize);
+    let reach = radius.ceil() as usize;
+    for j in y.saturating_sub(reach)..(y + reach + 1).min(height) {
+        for i in x.saturating_sub(reach)..(x + reach + 1).min(width) {
+            let centre = DVec2::new(i as f64 + 0.5, j as f64 + 0.5);
+            if (i, j) == (x, y) || centre.distance_squared(middle) <= radius * radius {
+                each(j * width + i);
+            }
+        }
+    }
 }
 
 fn view(camera: &Camera, b: &Buffer) -> ViewTruth {
@@ -97,8 +114,9 @@ fn view(camera: &Camera, b: &Buffer) -> ViewTruth {
     }
 }
 
-/// The truth of strands before these cameras; lines in its maps are not true.
-pub fn truth(strands: StrandSet, cameras: Vec<Camera>, near_mm: f64, far_mm: f64) -> Truth {
+/// The truth of strands before these cameras, each hiding what is behind it to `radius_mm` from its middle; lines in its
+/// maps are not true.
+pub fn truth(strands: StrandSet, cameras: Vec<Camera>, near_mm: f64, far_mm: f64, radius_mm: f64) -> Truth {
     let mut offsets = vec![0u32];
     for s in 0..strands.len() {
         offsets.push(offsets[s] + Visibility::samples_on(strands.length_mm(s)) as u32);
@@ -106,13 +124,39 @@ pub fn truth(strands: StrandSet, cameras: Vec<Camera>, near_mm: f64, far_mm: f64
     let mut seen_by = vec![0u32; offsets[strands.len()] as usize];
     let mut views = Vec::new();
     for (c, camera) in cameras.iter().enumerate() {
-        let b = splat(camera, &strands, &offsets);
+        let b = splat(camera, &strands, &offsets, radius_mm);
         // One sub-pixel of 16 is more than a twentieth of a pixel.
         b.sample.iter().filter(|s| **s != u32::MAX).for_each(|&s| seen_by[s as usize] |= 1 << c);
         views.push(view(camera, &b));
     }
     let rig = Rig { cameras, near_mm, far_mm, frame_rate_hz: 100.0, exposure_s: 0.001 };
     Truth { rig, views, strands, visibility: Visibility { offsets, seen_by }, head: None }
+}
+
+// The half millimetres of strand that two cameras see, moved, each a strand of its own.
+pub fn visible_layer(t: &Truth, by: Vec3) -> StrandSet {
+    let mut out = StrandSet::new();
+    for (k, points) in t.strands.iter().enumerate() {
+        let first = t.visibility.offsets[k] as usize;
+        let (mut arc, mut sample) = (0.0, 0);
+        for w in points.windows(2) {
+            let length = w[0].distance(w[1]);
+            while first + sample < t.visibility.offsets[k + 1] as usize {
+                let s = (sample as f32 + 0.5) * VISIBILITY_STEP_MM;
+                if s > arc + length {
+                    break;
+                }
+                if t.visibility.seen_by[first + sample].count_ones() >= 2 {
+                    let d = (w[1] - w[0]) / length;
+                    let p = w[0] + d * (s - arc) + by;
+                    out.push(&[p - d * 0.25, p + d * 0.25], 0.04);
+                }
+                sample += 1;
+            }
+            arc += length;
+        }
+    }
+    out
 }
 
 /// Bounds of the strands: lowest and highest corner.

@@ -15,27 +15,16 @@ pub(crate) const CHANCE_CORRECTED: &[(&str, &str)] = &[
 ];
 
 /// Variants of B1: prefix, words for a table's head, words for the meaning.
+#[rustfmt::skip]
 const VARIANTS: [(&str, &str, &str); 8] = [
     ("", "", "over hair that two cameras or more see (V2)"),
     ("nearest.", "nearest: ", "over V2, the nearest neighbour alone being asked"),
     ("voxel.", "per cell: ", "over V2, every 5 mm cell weighing the same however much hair it holds"),
     ("v1.", "V1: ", "over hair that one camera or more sees"),
-    (
-        "v1.nearest.",
-        "V1, nearest: ",
-        "over hair that one camera or more sees, the nearest neighbour alone being asked",
-    ),
+    ("v1.nearest.", "V1, nearest: ", "over hair that one camera or more sees, the nearest neighbour alone being asked"),
     ("full.", "all hair: ", "over all hair, seen or not"),
-    (
-        "full.nearest.",
-        "all hair, nearest: ",
-        "over all hair, seen or not, the nearest neighbour alone being asked",
-    ),
-    (
-        "legacy-vertex.",
-        "vertices: ",
-        "over all hair, both sides reduced to their vertices as published code does: for comparison only",
-    ),
+    ("full.nearest.", "all hair, nearest: ", "over all hair, seen or not, the nearest neighbour alone being asked"),
+    ("legacy-vertex.", "vertices: ", "over all hair, both sides reduced to their vertices as published code does: for comparison only"),
 ];
 
 fn own(text: String) -> &'static str {

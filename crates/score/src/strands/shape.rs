@@ -166,7 +166,9 @@ pub(crate) fn score(reference: &Reference, population: &Population, c: &Candidat
     rows.push(c.name, "B6.log2_ratio.error_median", percentile(&sizes, 50), asked);
     rows.push(c.name, "B6.log2_ratio.error_p90", percentile(&sizes, 90), asked);
     let total: f64 = own.values().sum();
-    let outside: f64 = own.iter().filter(|(k, _)| !population.cells.contains_key(*k)).map(|(_, w)| w).sum();
+    // From zero: the sum of nothing is -0.
+    let outside =
+        own.iter().filter(|(k, _)| !population.cells.contains_key(*k)).fold(0.0, |sum, (_, w)| sum + w);
     let share = if total > 0.0 { outside / total } else { f64::NAN };
     rows.push(c.name, "B6.outside", share, asked);
     let whole: f64 = population.cells.values().sum();

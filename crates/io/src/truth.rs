@@ -79,9 +79,12 @@ pub fn read_truth(dir: &Path) -> Result<Truth> {
 
 /// Writes `truth_rig.json` and each camera's `<name>_truth.exr`.
 pub(crate) fn write_views(tmp: &Path, truth: &Truth) -> Result<()> {
-    truth.rig.cameras.par_iter().zip(&truth.views).try_for_each(|(camera, view)| {
-        write_view(&tmp.join(format!("{}{SUFFIX}", camera.name)), view)
-    })?;
+    truth
+        .rig
+        .cameras
+        .par_iter()
+        .zip(&truth.views)
+        .try_for_each(|(camera, view)| write_view(&tmp.join(format!("{}{SUFFIX}", camera.name)), view))?;
     atomic_write(&tmp.join(RIG), |w| w.write_all(encode_rig(&truth.rig).as_bytes()))
 }
 

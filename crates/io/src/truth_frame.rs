@@ -132,4 +132,23 @@ mod tests {
         assert!(with(0, b"", 6).contains("5 samples where the strands have 6"));
         assert!(with(0, b"", 4).contains("0 of 4 are left"));
     }
+
+    proptest::proptest! {
+        #[test]
+        fn any_samples_come_back_and_any_bytes_are_an_answer(
+            seen in proptest::collection::vec(0u32..3, 0..200),
+            noise in proptest::collection::vec(proptest::num::u8::ANY, 0..64),
+            at in 0usize..300,
+        ) {
+            let mut bytes = encode(&seen);
+            assert_eq!(parse_seen_by(&bytes, seen.len()).unwrap(), seen);
+            for (k, b) in noise.iter().enumerate() {
+                let i = (at + 7 * k) % bytes.len();
+                bytes[i] ^= b;
+            }
+            if let Ok(found) = parse_seen_by(&bytes, seen.len()) {
+                assert_eq!(found.len(), seen.len());
+            }
+        }
+    }
 }

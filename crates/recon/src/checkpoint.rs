@@ -138,4 +138,21 @@ mod tests {
         let end = good.len() - 4;
         assert!(with(end, &f32::INFINITY.to_le_bytes()).contains("not finite"));
     }
+
+    proptest::proptest! {
+        #[test]
+        fn any_bytes_are_an_answer(
+            noise in proptest::collection::vec(proptest::num::u8::ANY, 1..64),
+            at in 0usize..400,
+        ) {
+            let mut bytes = some().to_bytes();
+            for (k, b) in noise.iter().enumerate() {
+                let i = (at + 13 * k) % bytes.len();
+                bytes[i] ^= b;
+            }
+            if let Ok(c) = Checkpoint::from_bytes(&bytes) {
+                assert_eq!(c.to_bytes(), bytes);
+            }
+        }
+    }
 }

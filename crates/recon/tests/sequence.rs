@@ -9,8 +9,8 @@ use strandbench_recon::surface::FrameSurface;
 use strandbench_recon::temporal::{Correspondence, FrameTracker, average};
 use strandbench_recon::tensor::{Tensor, outer, principal};
 use strandbench_recon::{
-    Checkpoint, LUO, ReconError, SequenceFrame, SequenceReconstructor, StrandParameters, TemporalParameters, Variant,
-    reconstruct,
+    Checkpoint, LUO, ReconError, SequenceFrame, SequenceReconstructor, StrandParameters, TemporalParameters,
+    Variant, reconstruct,
 };
 use strandbench_rng::Rng;
 use strandbench_solve::deform::Registered;
@@ -298,7 +298,10 @@ fn a_sequence_that_goes_on_from_a_checkpoint_has_the_bits_of_one_in_one_go() {
     let mut out: Vec<SequenceFrame> =
         frames[from..].iter().flat_map(|f| second.push(f, &Silent).unwrap()).collect();
     out.extend(second.finish(&Silent).unwrap());
-    assert_eq!(out.iter().map(|f| f.frame_index as usize).collect::<Vec<_>>(), (before..8).collect::<Vec<_>>());
+    assert_eq!(
+        out.iter().map(|f| f.frame_index as usize).collect::<Vec<_>>(),
+        (before..8).collect::<Vec<_>>()
+    );
     for (a, b) in out.iter().zip(&whole[before..]) {
         assert_eq!(a.outcome.as_ref().unwrap().estimate, b.outcome.as_ref().unwrap().estimate);
     }

@@ -175,6 +175,25 @@ pub(crate) fn ticks(low: f64, high: f64, count: usize) -> Vec<(f64, String)> {
     (first..=last).map(|i| (i as f64 * step, format!("{:.digits$}", i as f64 * step))).collect()
 }
 
+/// Ticks of an axis of shares, from 0 to 1.
+pub(crate) fn percent() -> Vec<(f64, String)> {
+    (0..=5).map(|i| (f64::from(i) * 0.2, format!("{} %", i * 20))).collect()
+}
+
+/// The share of each subject's errors (ascending) at or below each of `at`: the method whole, all others dashed.
+pub(crate) fn subjects<'a>(
+    errors: impl Iterator<Item = (&'a str, &'a [f32])>,
+    at: &[f64],
+) -> Vec<Series<'a>> {
+    let of = |(name, errors): (&'a str, &'a [f32])| Series {
+        name,
+        colour: colour_of(name),
+        dash: if name == "method" { "" } else { "5 4" },
+        points: cumulative(errors, at),
+    };
+    errors.map(of).collect()
+}
+
 /// Share of ascending errors at or below each of `at`; absent answers are infinite and never below.
 pub(crate) fn cumulative(errors: &[f32], at: &[f64]) -> Vec<(f64, f64)> {
     let n = errors.len().max(1) as f64;

@@ -1,6 +1,6 @@
 //! Errors of lines, in space (A5) and in the image (B7): over all that was asked for, and over what was answered.
 
-use super::chart::{Chart, Series, colour_of, cumulative, ticks};
+use super::chart::{Chart, Series, colour_of, cumulative, percent, subjects, ticks};
 use super::data::Data;
 use super::sections::thousands;
 use super::tables::format_value;
@@ -90,15 +90,7 @@ pub(crate) fn section(data: &Data) -> Markup {
 
 fn curves(data: &Data, metric: &str) -> String {
     let at: Vec<f64> = (0..=180).map(|i| f64::from(i) * 0.25).collect();
-    let mut series: Vec<Series> = data
-        .curves_of(metric)
-        .map(|(name, errors)| Series {
-            name,
-            colour: colour_of(name),
-            dash: if name == "method" { "" } else { "5 4" },
-            points: cumulative(errors, &at),
-        })
-        .collect();
+    let mut series = subjects(data.curves_of(metric), &at);
     if let Some(errors) = data.curve(metric, "method").filter(|e| finite(e).len() < e.len()) {
         series.push(Series {
             name: "answered",
@@ -113,7 +105,7 @@ fn curves(data: &Data, metric: &str) -> String {
         x_title: "error at most, degrees",
         y_title: "share of hair pixels",
         x_ticks: ticks(0.0, 45.0, 9),
-        y_ticks: (0..=5).map(|i| (f64::from(i) * 0.2, format!("{} %", i * 20))).collect(),
+        y_ticks: percent(),
         size: (560.0, 360.0),
     }
     .lines(&series)
@@ -141,7 +133,7 @@ fn confidence(data: &Data) -> Markup {
         x_title: "tenth of the answered pixels by the filter’s response, least sure first",
         y_title: "share of the tenth",
         x_ticks: (1..=10).map(|i| (f64::from(i), i.to_string())).collect(),
-        y_ticks: (0..=5).map(|i| (f64::from(i) * 0.2, format!("{} %", i * 20))).collect(),
+        y_ticks: percent(),
         size: (560.0, 300.0),
     }
     .lines(&series);

@@ -1,6 +1,6 @@
 //! The report as one page that stands alone: no server, no network.
 
-use super::chart::{Chart, Series, colour_of, cumulative, ticks};
+use super::chart::{Chart, percent, subjects, ticks};
 use super::data::Data;
 use super::{lines, rig, sections, tables, turntable, views};
 use crate::pictures::{self, ABSENT, data_uri};
@@ -207,22 +207,14 @@ fn error(data: &Data) -> Markup {
 
 fn error_curves(data: &Data) -> String {
     let at: Vec<f64> = (0..=200).map(|i| f64::from(i) * 0.1).collect();
-    let series: Vec<Series> = data
-        .curves_of("A1")
-        .map(|(name, errors)| Series {
-            name,
-            colour: colour_of(name),
-            dash: if name == "method" { "" } else { "5 4" },
-            points: cumulative(errors, &at),
-        })
-        .collect();
+    let series = subjects(data.curves_of("A1"), &at);
     Chart {
         x: (0.0, 20.0),
         y: (0.0, 1.0),
         x_title: "depth error at most, mm",
         y_title: "share of hair pixels",
         x_ticks: ticks(0.0, 20.0, 10),
-        y_ticks: (0..=5).map(|i| (f64::from(i) * 0.2, format!("{} %", i * 20))).collect(),
+        y_ticks: percent(),
         size: (560.0, 400.0),
     }
     .lines(&series)

@@ -19,18 +19,12 @@ pub const SEQUENCE_FILE: &str = "sequence.json";
 const MOST_FRAMES: usize = 100_000;
 
 /// Frames to work on: from the first on, up to but without the last.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Frames {
     /// First frame.
     pub first: u32,
     /// The frame after the last; as many as the scene has where absent.
     pub end: Option<u32>,
-}
-
-impl Default for Frames {
-    fn default() -> Frames {
-        Frames { first: 0, end: None }
-    }
 }
 
 impl FromStr for Frames {

@@ -159,11 +159,10 @@ def direct(arrays, meta):
 
 
 def image(arrays, meta):
-    """Images of one view, one a seed: [seed][row][column][rgb]."""
+    """Images of one view, one a seed: [seed][row][column][rgb]. With `beyond` the light of so many scatterings and
+    fewer is taken off: same seeds, same paths."""
     described = {
         "type": "scene",
-        # No Russian roulette within the depths asked for; lights are invisible to the camera, as ours are.
-        "integrator": {"type": "path", "max_depth": meta["max_depth"], "rr_depth": 1000, "hide_emitters": True},
         "sensor": scenes.sensor(meta["camera"], meta["samples_per_pixel"]),
         "hair": scenes.curves("bsplinecurve", scenes.open_cones(arrays), bsdf_of(meta)),
     }
@@ -171,7 +170,18 @@ def image(arrays, meta):
     for k, light in enumerate(emitters):
         described[f"light{k}"] = scenes.rectangle(*light)
     world = mi.load_dict(described)
-    images = [np.array(mi.render(world, seed=int(seed)), dtype=np.float32) for seed in meta["seeds"]]
+
+    def render(scatterings, seed):
+        # The light itself counts as one. No Russian roulette within the depths asked for; lights are invisible to
+        # the camera, as ours are.
+        depth = scatterings + 1
+        integrator = mi.load_dict({"type": "path", "max_depth": depth, "rr_depth": 1000, "hide_emitters": True})
+        return np.array(mi.render(world, integrator=integrator, seed=int(seed)), dtype=np.float32)
+
+    images = []
+    for seed in meta["seeds"]:
+        whole = render(meta["scatterings"], seed)
+        images.append(whole - render(meta["beyond"], seed) if meta["beyond"] else whole)
     return {"images": np.stack(images)}
 
 

@@ -1,7 +1,7 @@
 //! Camera rays: pinhole or thin lens, still or moving.
 
-use glam::{DMat3, DVec2, DVec3, Vec3};
-use strandbench_scenes::{Lens, RigMotion};
+use glam::{DVec2, DVec3, Vec3};
+use strandbench_scenes::{Lens, RigMotion, rotation};
 use strandbench_types::Camera;
 
 /// A camera's rays, in f64 until they reach the scene.
@@ -122,18 +122,6 @@ fn disk(u: [f32; 3]) -> DVec2 {
     let quarter = std::f64::consts::FRAC_PI_4;
     let (r, angle) = if a.abs() > b.abs() { (a, quarter * b / a) } else { (b, quarter * (2.0 - a / b)) };
     DVec2::new(libm::cos(angle), libm::sin(angle)) * r
-}
-
-/// Rotation about an axis by its length in radians (Rodrigues).
-fn rotation(v: DVec3) -> DMat3 {
-    let angle = v.length();
-    if angle == 0.0 {
-        return DMat3::IDENTITY;
-    }
-    let k = v / angle;
-    let cross =
-        DMat3::from_cols(DVec3::new(0.0, k.z, -k.y), DVec3::new(-k.z, 0.0, k.x), DVec3::new(k.y, -k.x, 0.0));
-    DMat3::IDENTITY + cross * libm::sin(angle) + cross * cross * (1.0 - libm::cos(angle))
 }
 
 #[cfg(test)]

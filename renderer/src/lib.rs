@@ -23,6 +23,7 @@ mod scene;
 mod sensor;
 mod skin;
 mod special;
+mod tile;
 mod vertex;
 mod view;
 

@@ -36,6 +36,13 @@ pub(crate) struct Walk {
     pub full_scale: f32,
 }
 
+impl Walk {
+    /// How the ways of finding light share it at the first vertex.
+    pub fn first_mix(&self) -> Mix {
+        Mix { strategy: self.strategy, share: 1.0 / self.every as f32 }
+    }
+}
+
 /// What a thread keeps while it renders a tile.
 pub(crate) struct Scratch {
     /// Indexed [light]: blockers of first vertices, and of all others.
@@ -71,23 +78,35 @@ fn distance(hit: &Option<Hit>) -> f32 {
 }
 
 impl RenderScene<'_> {
-    /// Light from lights by one scattering at the first vertex: drawn among one point on each, shadowed.
+    /// What directions of scattering follow at a vertex.
+    fn guide(&self, vertex: &Vertex<'_>) -> Guide {
+        Guide::new(&self.lights, vertex.surface.position_mm, vertex.surface.tangent, &vertex.lobe)
+    }
+
+    /// The guide, where points on lights leave light to directions of scattering.
+    pub(crate) fn guide_beside_lights(&self, vertex: &Vertex<'_>, mix: Mix) -> Option<Guide> {
+        self.lights.leaves(vertex.surface.position_mm, mix).then(|| self.guide(vertex))
+    }
+
+    /// Light from lights by one scattering at the first vertex: drawn among one point on each, shadowed. `guide` is
+    /// that of [`RenderScene::guide_beside_lights`] with the walk's [`Walk::first_mix`].
     pub(crate) fn direct_light(
         &self,
         vertex: &Vertex<'_>,
+        guide: Option<&Guide>,
         u: [f32; 3],
         walk: &Walk,
         scratch: &mut Scratch,
         work: &mut Work,
     ) -> [f32; 3] {
-        let mix = Mix { strategy: walk.strategy, share: 1.0 / walk.every as f32 };
         let dim = DIM * walk.full_scale;
-        self.drawn_light::<2>(vertex, u, dim, mix, &mut scratch.first, &mut work.shadow)
+        self.drawn_light::<2>(vertex, guide, u, dim, walk.first_mix(), &mut scratch.first, &mut work.shadow)
     }
 
     fn drawn_light<const DRAWS: usize>(
         &self,
         vertex: &Vertex<'_>,
+        guide: Option<&Guide>,
         u: [f32; 3],
         dim: f32,
         mix: Mix,
@@ -95,10 +114,7 @@ impl RenderScene<'_> {
         shadow_rays: &mut u64,
     ) -> [f32; 3] {
         let point = vertex.surface.position_mm;
-        let tangent = vertex.surface.tangent;
-        let guide =
-            self.lights.leaves(point, mix).then(|| Guide::new(&self.lights, point, tangent, &vertex.lobe));
-        let lobe = |to_light| match &guide {
+        let lobe = |to_light| match guide {
             None => (vertex.lobe.eval(to_light), 0.0),
             Some(guide) => {
                 let (eval, pdf) = vertex.lobe.eval_pdf(to_light);
@@ -118,10 +134,11 @@ impl RenderScene<'_> {
     }
 
     /// Light that scattering at the first vertex finds: on lights, what [`RenderScene::direct_light`] leaves to it,
-    /// and from further vertices, up to the walk's depth.
+    /// and from further vertices, up to the walk's depth. `guide` as there.
     pub(crate) fn followed_light(
         &self,
         first: Vertex<'_>,
+        guide: Option<Guide>,
         draws: Draws<'_>,
         walk: &Walk,
         scratch: &mut Scratch,
@@ -130,8 +147,8 @@ impl RenderScene<'_> {
         let mut rng = Rng::keyed(&[draws.key, u64::from(draws.index)]);
         let mut rgb = [0.0; 3];
         let mut throughput = [1.0f32; 3];
-        let mut vertex = first;
-        let mut mix = Mix { strategy: walk.strategy, share: 1.0 / walk.every as f32 };
+        let (mut vertex, mut known) = (first, guide);
+        let mut mix = walk.first_mix();
         for scattering in 1..=walk.depth {
             let point = vertex.surface.position_mm;
             let last = scattering == walk.depth;
@@ -142,7 +159,7 @@ impl RenderScene<'_> {
                 1 => draws.sampler.scattering(draws.index),
                 _ => std::array::from_fn(|_| rng.f32()),
             };
-            let guide = Guide::new(&self.lights, point, vertex.surface.tangent, &vertex.lobe);
+            let guide = known.take().unwrap_or_else(|| self.guide(&vertex));
             let Some(drawn) = guide.sample(&vertex.lobe, u) else { break };
             for c in 0..3 {
                 throughput[c] *= drawn.weight_rgb[c];
@@ -167,7 +184,9 @@ impl RenderScene<'_> {
                 _ => std::array::from_fn(|_| rng.f32()),
             };
             let dim = DIM * walk.full_scale / carried;
-            let found = self.drawn_light::<1>(&vertex, u, dim, mix, &mut scratch.later, &mut work.shadow);
+            known = self.guide_beside_lights(&vertex, mix);
+            let (guide, blockers) = (known.as_ref(), &mut scratch.later);
+            let found = self.drawn_light::<1>(&vertex, guide, u, dim, mix, blockers, &mut work.shadow);
             add(&mut rgb, throughput, found);
             if rng.f32() >= survival {
                 break;

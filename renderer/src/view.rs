@@ -3,41 +3,18 @@
 use crate::accel::Hit;
 use crate::footprint::Footprint;
 use crate::lens::RayMaker;
-use crate::path::{Draws, Scratch, Walk, Work};
+use crate::path::{Draws, Scratch, Walk};
 use crate::sampler::PixelSampler;
 use crate::scene::RenderScene;
-use crate::{Render, RenderError, Settings, Stats};
+use crate::tile::{TILE, Tile, assemble};
+use crate::{Render, RenderError, Settings};
 use rayon::prelude::*;
 use std::time::Instant;
 use strandbench_rng::Rng;
-use strandbench_types::{Cancelled, Monitor, Plane, SampleHit, SampleHits};
+use strandbench_types::{Cancelled, Monitor, SampleHit};
 
-/// Side of a tile, pixels.
-const TILE: usize = 16;
 /// Rays added to a pixel that has not converged, before it is looked at again.
 const BATCH: u32 = 16;
-
-#[derive(Default)]
-struct Tile {
-    rgb: Vec<[f32; 3]>,
-    variance: Vec<f32>,
-    /// Hits on hair per pixel.
-    counts: Vec<u32>,
-    hits: Vec<SampleHit>,
-    work: Work,
-    converged: u64,
-}
-
-impl Tile {
-    /// The radiance, or darkness for one that is not finite.
-    fn finite(&mut self, rgb: [f32; 3]) -> [f32; 3] {
-        if rgb.iter().all(|v| v.is_finite()) {
-            return rgb;
-        }
-        self.work.not_finite += 1;
-        [0.0; 3]
-    }
-}
 
 /// What all tiles of a view share.
 struct View<'a> {
@@ -99,10 +76,12 @@ impl View<'_> {
             });
         }
         let vertex = scene.vertex(&hit, ray.origin, ray.direction);
-        let direct = scene.direct_light(&vertex, draws.sampler.light(n), &self.walk, scratch, &mut tile.work);
+        let guide = scene.guide_beside_lights(&vertex, self.walk.first_mix());
+        let u = draws.sampler.light(n);
+        let direct = scene.direct_light(&vertex, guide.as_ref(), u, &self.walk, scratch, &mut tile.work);
         let more = followed.map_or([0.0; 3], |index| {
             let draws = Draws { index, ..draws };
-            scene.followed_light(vertex, draws, &self.walk, scratch, &mut tile.work)
+            scene.followed_light(vertex, guide, draws, &self.walk, scratch, &mut tile.work)
         });
         (tile.finite(direct), tile.finite(more))
     }
@@ -251,47 +230,4 @@ impl RenderScene<'_> {
         render.stats.wall_s = clock.elapsed().as_secs_f64();
         Ok(render)
     }
-}
-
-fn assemble(tiles: Vec<Tile>, (width, height): (usize, usize), rays: u16) -> Render {
-    let across = width.div_ceil(TILE);
-    let mut rgb = Plane::filled(width, height, [0.0f32; 3]);
-    let mut variance = Plane::filled(width, height, 0.0f32);
-    let mut offsets = vec![0u32; width * height + 1];
-    let pixels = |i: usize| {
-        let (x0, y0) = (i % across * TILE, i / across * TILE);
-        (y0..(y0 + TILE).min(height))
-            .flat_map(move |y| (x0..(x0 + TILE).min(width)).map(move |x| y * width + x))
-    };
-    let mut stats = Stats::default();
-    let mut converged = 0;
-    for (i, tile) in tiles.iter().enumerate() {
-        for (k, at) in pixels(i).enumerate() {
-            rgb.data[at] = tile.rgb[k];
-            variance.data[at] = tile.variance[k];
-            offsets[at + 1] = tile.counts[k];
-        }
-        stats.primary_rays += tile.work.primary;
-        stats.shadow_rays += tile.work.shadow;
-        stats.bounce_rays += tile.work.bounce;
-        stats.not_finite += tile.work.not_finite;
-        converged += tile.converged;
-    }
-    for i in 0..width * height {
-        offsets[i + 1] += offsets[i];
-    }
-    let nothing = SampleHit { strand: 0, segment: 0, along: 0.0, depth_mm: 0.0 };
-    let mut hits = vec![nothing; offsets[width * height] as usize];
-    for (i, tile) in tiles.into_iter().enumerate() {
-        let mut from = 0;
-        for (k, at) in pixels(i).enumerate() {
-            let n = tile.counts[k] as usize;
-            let to = offsets[at] as usize;
-            hits[to..to + n].copy_from_slice(&tile.hits[from..from + n]);
-            from += n;
-        }
-    }
-    stats.converged = converged as f64 / (width * height) as f64;
-    let rays = vec![rays; width * height];
-    Render { radiance_rgb: rgb, variance, hits: SampleHits { width, height, rays, offsets, hits }, stats }
 }

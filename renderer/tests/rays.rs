@@ -1,86 +1,12 @@
-//! Rays against fibres and meshes: the BVH against brute force, round cones against an f64 oracle.
+//! Rays against fibres and meshes: the BVH against brute force.
 
-use glam::{DVec3, Vec3};
-use proptest::prelude::*;
+mod geometry;
+
+use geometry::{brute, direction, distance, mesh, point, strands};
+use glam::Vec3;
 use strandbench_renderer::accel::{Accel, Hit, LastBlockers, Skip};
-use strandbench_renderer::cone::{RoundCone, Triangle};
 use strandbench_rng::Rng;
 use strandbench_types::{StrandSet, TriMesh};
-
-fn direction(rng: &mut Rng) -> Vec3 {
-    loop {
-        let v = Vec3::new(rng.range(-1.0, 1.0), rng.range(-1.0, 1.0), rng.range(-1.0, 1.0));
-        if (0.01..1.0).contains(&v.length_squared()) {
-            return v.normalize();
-        }
-    }
-}
-
-fn point(rng: &mut Rng, size: f32) -> Vec3 {
-    Vec3::new(rng.range(-size, size), rng.range(-size, size), rng.range(-size, size))
-}
-
-/// Random strands of a few segments, some with repeated points, within a cube of half side `size`.
-fn strands(rng: &mut Rng, n: usize, size: f32, radius: f32) -> StrandSet {
-    let mut set = StrandSet::new();
-    for _ in 0..n {
-        let mut p = point(rng, size);
-        let (mut points, mut radii) = (vec![p], vec![radius * rng.range(0.3, 1.0)]);
-        for _ in 0..3 {
-            if rng.f32() > 0.1 {
-                p += direction(rng) * rng.range(0.0, 0.2 * size);
-            }
-            points.push(p);
-            radii.push(radius * rng.range(0.3, 1.0));
-        }
-        set.push_tapered(&points, &radii);
-    }
-    set
-}
-
-fn mesh(rng: &mut Rng, n: u32, size: f32) -> TriMesh {
-    let mut m = TriMesh::default();
-    for i in 0..n {
-        let a = point(rng, size);
-        m.vertices.extend([a, a + point(rng, 0.2 * size), a + point(rng, 0.2 * size)]);
-        m.triangles.push([3 * i, 3 * i + 1, 3 * i + 2]);
-    }
-    m
-}
-
-fn brute(strands: &StrandSet, mesh: &TriMesh, o: Vec3, d: Vec3) -> Option<Hit> {
-    let mut best: Option<Hit> = None;
-    let mut t = f32::INFINITY;
-    for s in 0..strands.len() {
-        let r = strands.range(s);
-        for i in r.start..r.end - 1 {
-            let (p, w) = (&strands.points, &strands.radii_mm);
-            if let Some(h) = RoundCone::new(p[i], w[i], p[i + 1], w[i + 1]).intersect(o, d, 0.0)
-                && h.t < t
-            {
-                t = h.t;
-                best = Some(Hit::Fibre { t, strand: s as u32, point: i as u32, along: h.along });
-            }
-        }
-    }
-    for (i, k) in mesh.triangles.iter().enumerate() {
-        let [a, b, c] = k.map(|v| mesh.vertices[v as usize]);
-        if let Some(h) = (Triangle { a, ab: b - a, ac: c - a }).intersect(o, d, 0.0)
-            && h.t < t
-        {
-            t = h.t;
-            best = Some(Hit::Mesh { t, surface: 0, triangle: i as u32, uv: [h.u, h.v] });
-        }
-    }
-    best
-}
-
-fn distance(h: Option<Hit>) -> f32 {
-    match h {
-        Some(Hit::Fibre { t, .. } | Hit::Mesh { t, .. }) => t,
-        None => f32::INFINITY,
-    }
-}
 
 #[test]
 fn bvh_gives_the_brute_force_answer_to_the_bit() {
@@ -136,105 +62,6 @@ fn shadow_rays_pass_their_own_fibre_and_nothing_else() {
     // A neighbour that comes back from afar does block.
     let far = Vec3::new(4.5, -5.0, 0.0);
     assert!(accel.occluded(far, Vec3::Y, 5.5, Some(Skip { strand: 0, point: 8, near_mm: 0.2 }), &mut last));
-}
-
-/// Distance (f64) to the hull of two spheres: the least over all spheres between them, found by golden section
-/// (the distance is convex in the position).
-fn hull_distance(p: DVec3, a: DVec3, ra: f64, b: DVec3, rb: f64) -> f64 {
-    let f = |u: f64| p.distance(a.lerp(b, u)) - (ra + (rb - ra) * u);
-    let (mut lo, mut hi) = (0.0f64, 1.0f64);
-    for _ in 0..120 {
-        let (u, v) = (hi - 0.618_033_988_75 * (hi - lo), lo + 0.618_033_988_75 * (hi - lo));
-        if f(u) < f(v) { hi = v } else { lo = u }
-    }
-    f(0.5 * (lo + hi)).min(f(0.0)).min(f(1.0))
-}
-
-fn march(o: DVec3, d: DVec3, a: DVec3, ra: f64, b: DVec3, rb: f64) -> Option<f64> {
-    let reach = o.distance(a).max(o.distance(b)) + ra.max(rb) + 1.0;
-    let mut t = 0.0;
-    for _ in 0..20_000 {
-        let s = hull_distance(o + d * t, a, ra, b, rb);
-        if s < 1e-9 {
-            return Some(t);
-        }
-        t += s;
-        if t > reach {
-            return None;
-        }
-    }
-    Some(t)
-}
-
-#[test]
-fn round_cones_agree_with_sphere_tracing_in_f64() {
-    let mut rng = Rng::keyed(&[5]);
-    let (mut hits, mut unclear) = (0, 0);
-    for k in 0..1500 {
-        let far = if k % 2 == 0 { 300.0 } else { 5.0 };
-        let a = point(&mut rng, 100.0);
-        let b = a + direction(&mut rng) * rng.range(0.0, 6.0);
-        let (ra, rb) = (rng.range(0.02, 0.08), rng.range(0.02, 0.08));
-        // Rays along the axis too.
-        let o = if k % 5 == 0 {
-            a + (a - b) * 3.0 + point(&mut rng, 0.03)
-        } else {
-            a + direction(&mut rng) * far
-        };
-        let d = (a.lerp(b, rng.f32()) + point(&mut rng, 0.08) - o).normalize_or(Vec3::X);
-        let got = RoundCone::new(a, ra, b, rb).intersect(o, d, 0.0);
-        let (dd, da, db) = (d.as_dvec3().normalize(), a.as_dvec3(), b.as_dvec3());
-        let od = o.as_dvec3();
-        if hull_distance(od, da, f64::from(ra), db, f64::from(rb)) <= 1e-3 {
-            continue;
-        }
-        let want = march(od, dd, da, f64::from(ra), db, f64::from(rb));
-        match (got, want) {
-            (Some(g), Some(w)) => {
-                hits += 1;
-                let p = od + dd * f64::from(g.t);
-                let off = hull_distance(p, da, f64::from(ra), db, f64::from(rb)).abs();
-                // Along the ray a grazing hit is ill-conditioned; across the surface it is not.
-                assert!(off < 1e-4, "ray {k}: {off} mm off the surface (t {} against {w})", g.t);
-            }
-            (None, None) => {}
-            // f32 rounding of the direction moves a ray by up to 6e-8 of its distance: 4e-5 mm.
-            _ => {
-                let grown = march(od, dd, da, f64::from(ra) + 6e-5, db, f64::from(rb) + 6e-5).is_some();
-                let shrunk = march(od, dd, da, f64::from(ra) - 6e-5, db, f64::from(rb) - 6e-5).is_none();
-                assert!(grown && shrunk, "ray {k}: {got:?} against {want:?}");
-                unclear += 1;
-            }
-        }
-    }
-    assert!(hits > 500 && unclear < 8, "{hits} hits, {unclear} grazing");
-}
-
-proptest! {
-    #[test]
-    fn degenerate_segments_never_give_nan(
-        p in prop::array::uniform3(-1.0f32..1.0),
-        q in prop::array::uniform3(-1.0f32..1.0),
-        same in any::<bool>(),
-        radii in prop::array::uniform2(1e-6f32..2.0),
-        o in prop::array::uniform3(-3.0f32..3.0),
-        along in any::<bool>(),
-        d in prop::array::uniform3(-1.0f32..1.0),
-    ) {
-        let (p, q) = (Vec3::from(p), if same { Vec3::from(p) } else { Vec3::from(q) });
-        let d = if along { q - p } else { Vec3::from(d) };
-        let d = d.normalize_or(Vec3::Z);
-        let cone = RoundCone::new(p, radii[0], q, radii[1]);
-        let (lo, hi) = cone.bounds();
-        for origin in [Vec3::from(o), p, p - d * 5.0] {
-            if let Some(h) = cone.intersect(origin, d, 0.0) {
-                prop_assert!(h.t > 0.0 && h.t.is_finite());
-                prop_assert!((0.0..=1.0).contains(&h.along));
-                let x = origin + d * h.t;
-                prop_assert!(x.cmpge(lo - 1e-4).all() && x.cmple(hi + 1e-4).all(), "{x} outside {lo}..{hi}");
-            }
-        }
-    }
 }
 
 #[test]

@@ -65,8 +65,8 @@ pub(crate) fn calibrated(rig: &Rig, error: &CalibrationError, seed: u64) -> Rig 
     out
 }
 
-/// Rotation about an axis by its length in radians (Rodrigues).
-fn rotation(v: DVec3) -> DMat3 {
+/// Rotation about the direction of `v` by its length in radians (Rodrigues); none for a vector of no length.
+pub fn rotation(v: DVec3) -> DMat3 {
     let angle = v.length();
     if angle == 0.0 {
         return DMat3::IDENTITY;

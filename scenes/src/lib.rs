@@ -18,6 +18,7 @@ mod scene;
 mod spec;
 
 pub use build::build;
+pub use capture::rotation;
 pub use catalog::{CatalogEntry, DEFAULT_SCENE, catalog};
 pub use error::SceneError;
 pub use motion::{HeadPose, MotionCache, MotionError, MotionFrame, Simulation, moving_catalog};

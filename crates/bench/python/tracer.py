@@ -82,22 +82,10 @@ class Mitsuba:
         self.dr.set_thread_count(command["count"])
         return {}
 
-    def write_curves(self, folder, kind):
-        """Text, as Mitsuba reads curves; a spline gets its end points three times, so that it reaches them."""
-        points, offsets = array(folder, "points", 4), array(folder, "offsets", kind="<u4").tolist()
-        ends = 2 if kind == "bsplinecurve" else 0
-        rows = np.array(["%.9g %.9g %.9g %.9g" % tuple(p) for p in points.tolist()], dtype=object)
-        with open(os.path.join(folder, kind), "w") as out:
-            for start, end in zip(offsets[:-1], offsets[1:]):
-                strand = rows[start:end].tolist()
-                out.write("\n".join(strand[:1] * ends + strand + strand[-1:] * ends) + "\n\n")
-
     def load(self, command):
         mi, folder, kind = self.mi, command["folder"], command["curve"]
-        path = os.path.join(folder, kind)
-        if not os.path.exists(path):
-            self.write_curves(folder, kind)
-        shape = {"type": kind, "filename": path}
+        # Text, as Mitsuba reads curves, written by the other side.
+        shape = {"type": kind, "filename": os.path.join(folder, kind)}
         if "bsdf" in command:
             shape["bsdf"] = command["bsdf"]
             shape["bsdf"]["sigma_a"] = {"type": "rgb", "value": command["absorption_rgb"]}

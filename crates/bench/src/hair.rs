@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 use strandbench_rng::Rng;
 use strandbench_scenes::{
-    AreaLight, FibreOptics, OpticsModel, OpticsRoots, Pigment, RigMotion, Scene, Sensor, SkinOptics,
+    AreaLight, FibreOptics, OpticsModel, Pigment, RigMotion, Scene, Sensor, SkinOptics,
 };
 use strandbench_types::{Camera, Rig, StrandSet};
 
@@ -16,23 +16,15 @@ const LENGTH_MM: f32 = 200.0;
 /// hair is visibly biased.
 pub const PIGMENT: Pigment = Pigment { eumelanin: 2.0, pheomelanin: 0.3 };
 /// Chiang's model with the parameters that Mitsuba's `hair` is given too.
-pub const OPTICS: FibreOptics = FibreOptics {
-    model: OpticsModel::Chiang,
-    index: 1.55,
-    shift_r_deg: -7.5,
-    width_r_deg: 7.5,
-    glint_scale: 1.0,
-    caustic_width_deg: 15.0,
-    fade_range: 0.3,
-    caustic_limit: 0.5,
-    eccentricity: 1.0,
-    roots: OpticsRoots::Exact,
-    rest: false,
-    longitudinal_roughness: Some(0.3),
-    azimuthal_roughness: Some(0.3),
-    scale_tilt_deg: Some(-2.0),
-    mitsuba_bessel: false,
-};
+pub fn optics() -> FibreOptics {
+    FibreOptics {
+        model: OpticsModel::Chiang,
+        longitudinal_roughness: Some(0.3),
+        azimuthal_roughness: Some(0.3),
+        scale_tilt_deg: Some(-2.0),
+        ..FibreOptics::default()
+    }
+}
 
 /// `strands` wavy strands of `segments` segments each, 200 mm long and 0.06-0.09 mm thick, that hang in locks from
 /// the upper part of a ball of 90 mm radius around the origin.
@@ -88,7 +80,7 @@ pub fn scene(strands: StrandSet, size: (u32, u32)) -> Scene {
         name: "bench".into(),
         pigments: vec![PIGMENT; strands.len()],
         strands,
-        optics: OPTICS,
+        optics: optics(),
         surfaces: Vec::new(),
         skin: SkinOptics::default(),
         lights: vec![light()],

@@ -4,6 +4,7 @@
 //! process. What is missing is left out and said, with the remedy.
 
 pub mod contest;
+pub mod curves;
 pub mod embree;
 mod error;
 pub mod frames;
@@ -22,11 +23,15 @@ pub use traversal::REFERENCE;
 
 use strandbench_types::Monitor;
 
-/// Runs what the options name.
+/// Runs what the options name. `say` gets lines about what is done while the work goes on: frames take minutes.
 ///
 /// # Errors
 /// If the options cannot be followed, a tracer fails in the middle, or the work is stopped.
-pub fn run(options: &Options, monitor: &dyn Monitor) -> Result<Report, BenchError> {
+pub fn run(
+    options: &Options,
+    monitor: &dyn Monitor,
+    say: &(dyn Fn(&str) + Sync),
+) -> Result<Report, BenchError> {
     options.check()?;
     let mut report = Report::of_this_machine();
     let folder = tempfile::tempdir().map_err(BenchError::file(&std::env::temp_dir()))?;
@@ -37,9 +42,9 @@ pub fn run(options: &Options, monitor: &dyn Monitor) -> Result<Report, BenchErro
     pool.install(|| match options.what {
         What::Build => traversal::build(options, &mut report),
         What::Rays => traversal::rays(options, folder.path(), &mut report, monitor),
-        What::Frames => frames::frames(options, folder.path(), &mut report, monitor),
+        What::Frames => frames::frames(options, folder.path(), &mut report, monitor, say),
         What::All => traversal::rays(options, folder.path(), &mut report, monitor)
-            .and_then(|()| frames::frames(options, folder.path(), &mut report, monitor)),
+            .and_then(|()| frames::frames(options, folder.path(), &mut report, monitor, say)),
     })?;
     Ok(report)
 }

@@ -83,11 +83,11 @@ pub struct Report {
     pub frames: Vec<FrameRow>,
 }
 
-fn mib(bytes: Option<u64>) -> String {
+pub(crate) fn mib(bytes: Option<u64>) -> String {
     bytes.map_or_else(|| "-".into(), |b| format!("{:.0}", b as f64 / 1_048_576.0))
 }
 
-fn optional(value: Option<f64>, digits: usize) -> String {
+pub(crate) fn optional(value: Option<f64>, digits: usize) -> String {
     value.map_or_else(|| "-".into(), |v| format!("{v:.digits$}"))
 }
 
@@ -158,35 +158,7 @@ impl Report {
                 r.tracer, r.mrays_per_s, r.differing
             )?;
         }
-        if !self.frames.is_empty() {
-            writeln!(
-                out,
-                "\n{:<24} {:<40} {:>7} {:>7} {:>7} {:>7} {:>7} {:>6} {:>7}",
-                "frame", "renderer", "build s", "frame s", "noise", "equal s", "speedup", "MiB", "mean"
-            )?;
-        }
-        for f in &self.frames {
-            writeln!(
-                out,
-                "{:<24} {:<40} {:>7.2} {:>7.2} {:>7.4} {:>7.2} {:>7} {:>6} {:>7.4}",
-                f.job,
-                f.renderer,
-                f.build_cpu_s,
-                f.frame_cpu_s,
-                f.noise,
-                f.equal_noise_cpu_s,
-                optional(f.speedup, 2),
-                mib(f.peak_bytes),
-                f.mean
-            )?;
-        }
-        if !self.frames.is_empty() {
-            writeln!(
-                out,
-                "seconds are the processor's; equal s: build and as many samples as reach our noise; noise: of \
-                 blocks of 8x8 pixels, over the mean"
-            )?;
-        }
+        write!(out, "{}", FrameRow::table(&self.frames))?;
         for s in &self.skipped {
             writeln!(out, "left out: {s}")?;
         }
@@ -225,24 +197,9 @@ impl Report {
             );
         }
         put("rays.csv", csv)?;
-        let mut csv = String::from(
-            "job,renderer,seeds,build_cpu_s,frame_cpu_s,frame_wall_s,noise,mean,equal_noise_cpu_s,speedup,peak_bytes\n",
-        );
+        let mut csv = format!("{}\n", FrameRow::CSV);
         for f in &self.frames {
-            let peak = f.peak_bytes.map_or_else(String::new, |v| v.to_string());
-            csv += &format!(
-                "{},{},{},{},{},{},{},{},{},{},{peak}\n",
-                quoted(&f.job),
-                quoted(&f.renderer),
-                f.seeds,
-                f.build_cpu_s,
-                f.frame_cpu_s,
-                f.frame_wall_s,
-                f.noise,
-                f.mean,
-                f.equal_noise_cpu_s,
-                empty(f.speedup)
-            );
+            csv += &format!("{}\n", f.csv());
         }
         put("frames.csv", csv)
     }

@@ -5,7 +5,7 @@ use crate::embree::{Embree, EmbreeScene, Quality};
 use crate::error::BenchError;
 use crate::python::{Python, write_array};
 use crate::rays::{Kind, RaySets};
-use crate::{Build, Options, Report, Work, hair, memory};
+use crate::{Build, Options, Report, Work, curves, hair, memory};
 use serde_json::json;
 use std::path::Path;
 use std::time::Instant;
@@ -123,10 +123,8 @@ pub(crate) fn rays(
             scenes.push((words.to_owned(), made));
         }
     }
-    let points = strands.points.iter().zip(&strands.radii_mm).flat_map(|(p, &r)| [p.x, p.y, p.z, r]);
-    write_array(folder, "points", points, f32::to_le_bytes)?;
-    write_array(folder, "offsets", strands.offsets.iter().copied(), u32::to_le_bytes)?;
-    let load = json!({"do": "load", "folder": folder, "curve": "linearcurve"});
+    curves::write(&strands, curves::LINEAR, folder)?;
+    let load = json!({"do": "load", "folder": folder, "curve": curves::LINEAR});
     let mitsuba = python(options, "llvm_ad_rgb", folder, load, &scene, report);
     report.skipped.push(
         "mitsuba scalar_rgb for rays: it answers one ray a call from Python, which times Python; its tracer is \

@@ -20,7 +20,7 @@ pub fn run(args: &BenchArgs, threads: Option<u16>, show: &Show, json: bool) -> R
         python: args.python.clone(),
         embree: args.embree.clone(),
     };
-    let report = strandbench_bench::run(&options, show).map_err(|e| match e {
+    let report = strandbench_bench::run(&options, show, &|line| show.say(line)).map_err(|e| match e {
         BenchError::Cancelled(_) => anyhow::Error::new(SuiteError::Cancelled),
         other => other.into(),
     })?;

@@ -1,18 +1,24 @@
-//! Runs the live check and prints every figure: `live LEVELS [full]`, for example `live 01`.
+//! Runs the live check and prints every figure: `live LEVELS [full] [CASE ...]`, for example `live 01` or
+//! `live 4 full hairstyle-path`.
 
-use strandbench_crosscheck::{Options, Size, run};
+use strandbench_crosscheck::{Options, Size, run_where};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let levels = std::env::args().nth(1).ok_or("usage: live LEVELS [full]")?;
-    let full = std::env::args().nth(2).is_some_and(|a| a == "full");
+    let levels = std::env::args().nth(1).ok_or("usage: live LEVELS [full] [CASE ...]")?;
+    let mut names: Vec<String> = std::env::args().skip(2).collect();
+    let full = names.first().is_some_and(|a| a == "full");
+    if full {
+        names.remove(0);
+    }
     let options = Options {
-        levels: levels.bytes().map(|b| b - b'0').collect(),
+        levels: levels.bytes().map(|b| b.wrapping_sub(b'0')).collect(),
         size: if full { Size::Full } else { Size::Quick },
         out: std::env::temp_dir().join("strandbench-crosscheck"),
         python: None,
         required: true,
     };
-    let outcome = run(&options, &strandbench_types::Silent)?;
+    let wanted = |c: &strandbench_crosscheck::Case| names.is_empty() || names.contains(&c.name);
+    let outcome = run_where(&options, wanted, &strandbench_types::Silent)?;
     println!("{}", strandbench_crosscheck::write_report(&outcome, &options.out)?.display());
     for j in &outcome.judged {
         for g in &j.gates {

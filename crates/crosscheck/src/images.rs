@@ -18,6 +18,8 @@ pub(crate) const BLOCK: usize = 8;
 const FALSE_ALARM: f64 = 1e-3;
 /// Largest standard error of the ratio of the images' means: with more noise the tests would pass anything.
 const NOISE: f64 = 1e-2;
+/// The same where light of few scatterings is taken off: a scattering that is lost is off by all of it.
+const NOISE_BEYOND: f64 = 0.1;
 /// Share of the brightest block's light below which a block is not tested: a sliver of a fibre in its corner is
 /// met by few rays, and their sum is not near a normal distribution.
 const DIM: f64 = 0.02;
@@ -30,6 +32,9 @@ struct Shot {
     setting: Setting,
     /// Most scatterings.
     depth: u32,
+    /// Light of so many scatterings and fewer is taken off, seed by seed: what is left is that of the later ones
+    /// alone, whose loss would drown in the noise of all.
+    beyond: u32,
     samples: u32,
 }
 
@@ -51,12 +56,15 @@ fn settings(size: Size) -> Vec<Shot> {
         lights: lights(),
     };
     let chiang = OpticsModel::Chiang;
-    let shot = |name, setting, depth, samples| Shot { name, setting, depth, samples };
+    let shot = |name, setting, depth, samples| Shot { name, setting, depth, beyond: 0, samples };
     let mut out = vec![
         shot("single", make(fixed::single(), chiang, 14.0), 1, 384),
         shot("crossing", make(fixed::crossing(), chiang, 14.0), 7, 128),
         shot("tuft-direct", make(fixed::tuft(200, 24), chiang, 34.0), 1, 96),
         shot("tuft-path", make(fixed::tuft(200, 24), chiang, 34.0), 7, 96),
+        Shot { beyond: 1, ..shot("tuft-second", make(fixed::tuft(200, 24), chiang, 34.0), 2, 48) },
+        Shot { beyond: 2, ..shot("tuft-third", make(fixed::tuft(200, 24), chiang, 34.0), 3, 48) },
+        Shot { beyond: 3, ..shot("tuft-later", make(fixed::tuft(200, 24), chiang, 34.0), 7, 48) },
     ];
     if size == Size::Full {
         out.push(shot("hairstyle-direct", make(fixed::tuft(6_000, 40), chiang, 40.0), 1, 64));
@@ -76,8 +84,8 @@ pub(crate) fn cases(size: Size) -> Vec<Case> {
             input: shot
                 .setting
                 .export(shot.name)
-                // Mitsuba counts the light itself as one.
-                .with_meta("max_depth", shot.depth + 1)
+                .with_meta("scatterings", shot.depth)
+                .with_meta("beyond", shot.beyond)
                 .with_meta("samples_per_pixel", shot.samples)
                 .with_meta("full", size == Size::Full)
                 .with_meta("seeds", (1..=SEEDS).collect::<Vec<_>>()),
@@ -133,9 +141,7 @@ fn summary(values: &[f64]) -> (f64, f64, usize) {
 
 pub(crate) fn judge(case: &Case, answer: &Bundle) -> Result<(Vec<Gate>, Pictures), CrossError> {
     let size = if case.input.meta::<bool>("full")? { Size::Full } else { Size::Quick };
-    let depth: u32 = case.input.meta::<u32>("max_depth")? - 1;
-    let samples: u32 = case.input.meta("samples_per_pixel")?;
-    let Shot { setting, .. } = settings(size)
+    let Shot { setting, depth, beyond, samples, .. } = settings(size)
         .into_iter()
         .find(|shot| shot.name == case.name)
         .ok_or_else(|| CrossError::Ours(format!("no setting {}", case.name)))?;
@@ -147,22 +153,35 @@ pub(crate) fn judge(case: &Case, answer: &Bundle) -> Result<(Vec<Gate>, Pictures
         .collect();
     let scene = setting.scene()?;
     let render = RenderScene::new(&scene)?.flat_tangents();
-    let settings = Settings {
-        samples_per_pixel: samples,
-        max_samples_per_pixel: samples,
-        noise_target: 0.0,
-        depth,
-        indirect_every: 1,
-        clamp: 0.0,
-        ..Settings::default()
+    let image = |depth, seed| {
+        let settings = Settings {
+            samples_per_pixel: samples,
+            max_samples_per_pixel: samples,
+            noise_target: 0.0,
+            depth,
+            indirect_every: 1,
+            clamp: 0.0,
+            ..Settings::default()
+        };
+        render.render(0, &settings, seed, &Silent).map(|r| r.radiance_rgb)
     };
     let ours = (1..=SEEDS as u64)
-        .map(|seed| render.render(0, &settings, seed, &Silent).map(|r| r.radiance_rgb))
-        .collect::<Result<Vec<_>, _>>()?;
-    Ok(compare(&case.name, &gather(&ours), &gather(&theirs)))
+        .map(|seed| {
+            let mut whole = image(depth, seed)?;
+            if beyond > 0 {
+                for (v, less) in whole.data.iter_mut().zip(&image(beyond, seed)?.data) {
+                    *v = std::array::from_fn(|c| v[c] - less[c]);
+                }
+            }
+            Ok(whole)
+        })
+        .collect::<Result<Vec<_>, CrossError>>()?;
+    Ok(compare(&case.name, &gather(&ours), &gather(&theirs), beyond > 0))
 }
 
-fn compare(name: &str, ours: &Seeds, theirs: &Seeds) -> (Vec<Gate>, Pictures) {
+/// `beyond`: whether light of few scatterings is taken off. Of what is left blocks are too far from normally
+/// distributed to be tested: few paths make most of it.
+fn compare(name: &str, ours: &Seeds, theirs: &Seeds, beyond: bool) -> (Vec<Gate>, Pictures) {
     let (w, h) = ours.mean.size();
     let brightest = theirs.blocks.iter().map(|b| moments(b).0).fold(f64::MIN_POSITIVE, f64::max);
     let dim = DIM * brightest;
@@ -188,22 +207,31 @@ fn compare(name: &str, ours: &Seeds, theirs: &Seeds) -> (Vec<Gate>, Pictures) {
     let most = 0.05 * n + 3.1 * (0.05 * 0.95 * n).sqrt() + 0.5;
     let at_most = |what: &str, v: f64, l: f64, unit: &str| Gate::at_most(4, name, what, v, l, unit);
     let at_least = |what: &str, v: f64, l: f64, unit: &str| Gate::at_least(4, name, what, v, l, unit);
-    let gates = vec![
-        at_least("blocks with light", n, 8.0, "blocks"),
+    let mut gates = vec![
         at_least("whole image, p-value", p, FALSE_ALARM, "").because(format!(
             "t = {t:.2}; ours brighter by {:.3} % ± {:.3} %",
             100.0 * relative,
             100.0 * error
         )),
-        at_most("whole image, standard error of the ratio", error, NOISE, "")
-            .because("with more noise the tests would pass anything"),
-        at_least("blocks, smallest p-value", smallest, FALSE_ALARM / n.max(1.0), "")
-            .because("limit: a thousandth over the number of blocks (Bonferroni)"),
-        at_most("blocks with p below 5 %", low, most, "blocks")
-            .because(format!("of {n}; {:.1} expected", 0.05 * n)),
+        at_most(
+            "whole image, standard error of the ratio",
+            error,
+            if beyond { NOISE_BEYOND } else { NOISE },
+            "",
+        )
+        .because("with more noise the tests would pass anything"),
         Gate::shown(4, name, "noise, ours over theirs", (a.1 / b.1).sqrt(), "")
             .because("standard deviation of the whole image's mean at equal samples a pixel"),
     ];
+    if !beyond {
+        gates.extend([
+            at_least("blocks with light", n, 8.0, "blocks"),
+            at_least("blocks, smallest p-value", smallest, FALSE_ALARM / n.max(1.0), "")
+                .because("limit: a thousandth over the number of blocks (Bonferroni)"),
+            at_most("blocks with p below 5 %", low, most, "blocks")
+                .because(format!("of {n}; {:.1} expected", 0.05 * n)),
+        ]);
+    }
     let blocks = Plane::from_vec(w / BLOCK, h / BLOCK, tested);
     (gates, Pictures { ours: ours.mean.clone(), theirs: theirs.mean.clone(), blocks })
 }
@@ -235,7 +263,7 @@ mod tests {
     fn equal_distributions_pass_and_a_wrong_corner_does_not() {
         let reference = gather(&noisy(1, 1.0));
         let failed = |wrong: f32| {
-            let (gates, pictures) = compare("noise", &gather(&noisy(2, wrong)), &reference);
+            let (gates, pictures) = compare("noise", &gather(&noisy(2, wrong)), &reference, false);
             assert_eq!(pictures.blocks.size(), (8, 6));
             gates.into_iter().filter(|g| g.verdict == Verdict::Failed).map(|g| g.what).collect::<Vec<_>>()
         };

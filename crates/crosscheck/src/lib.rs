@@ -30,7 +30,7 @@ pub use gate::{Gate, Verdict};
 pub use images::Pictures;
 pub use python::Witness;
 pub use report::{as_json, write_report};
-pub use run::{Judged, Options, Outcome, run};
+pub use run::{Judged, Options, Outcome, run, run_where};
 
 /// How much is compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -65,10 +65,22 @@ impl Outcome {
 /// # Errors
 /// If a job ends badly, the work is cancelled, or the witnesses are missing and required.
 pub fn run(options: &Options, monitor: &dyn Monitor) -> Result<Outcome, CrossError> {
+    run_where(options, |_| true, monitor)
+}
+
+/// The same with those cases alone that `wanted` holds for.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_where(
+    options: &Options,
+    wanted: impl Fn(&Case) -> bool,
+    monitor: &dyn Monitor,
+) -> Result<Outcome, CrossError> {
     std::fs::create_dir_all(&options.out).map_err(|e| CrossError::file(&options.out, e))?;
     let mut all = Vec::new();
     for &level in &options.levels {
-        all.extend(cases(level, options.size)?);
+        all.extend(cases(level, options.size)?.into_iter().filter(&wanted));
     }
     let witness = match Witness::find(options.python.as_deref(), &options.out, monitor) {
         Ok(witness) => witness,

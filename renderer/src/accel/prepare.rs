@@ -110,7 +110,10 @@ impl Accel {
         assert!(levels <= MOST_LEVELS, "{} primitives gave {levels} levels", prims.len());
         let mut nodes = room(made.len());
         nodes.extend(made);
-        let (cones, triangles) = fill(&mut nodes, &prims, &geometry);
+        // Boxes are four fifths of what building takes; the leaves need names alone.
+        let names: Vec<Name> = prims.iter().map(|p| Name { owner: p.owner, item: p.item }).collect();
+        drop(prims);
+        let (cones, triangles) = fill(&mut nodes, &names, &geometry);
         Ok(Accel {
             nodes,
             cones,
@@ -124,7 +127,7 @@ impl Accel {
 }
 
 /// Makes the leaves in the order of the nodes and lets the nodes refer to them.
-fn fill(nodes: &mut [Node], prims: &[Prim], geometry: &Geometry) -> (Vec<Cones>, Vec<Triangles>) {
+fn fill(nodes: &mut [Node], names: &[Name], geometry: &Geometry) -> (Vec<Cones>, Vec<Triangles>) {
     let (mut fibres, mut flats) = (Vec::new(), Vec::new());
     for node in nodes {
         for k in 0..WIDTH {
@@ -133,19 +136,19 @@ fn fill(nodes: &mut [Node], prims: &[Prim], geometry: &Geometry) -> (Vec<Cones>,
             }
             let from = (node.children[k] & !LEAF) as usize;
             let (list, kind) =
-                if prims[from].owner & SURFACE == 0 { (&mut fibres, 0) } else { (&mut flats, TRIANGLES) };
+                if names[from].owner & SURFACE == 0 { (&mut fibres, 0) } else { (&mut flats, TRIANGLES) };
             node.children[k] = LEAF | kind | list.len() as u32;
             list.push((from as u32, node.counts[k]));
         }
     }
-    let of = |&(from, count): &(u32, u8)| prims[from as usize..].iter().take(usize::from(count)).enumerate();
+    let of = |&(from, count): &(u32, u8)| names[from as usize..].iter().take(usize::from(count)).enumerate();
     let mut cones = room(fibres.len());
     fibres
         .par_iter()
         .map(|leaf| {
             let mut cones = Cones::default();
-            for (lane, p) in of(leaf) {
-                cones.set(lane, &geometry.cone(p.item), Name { owner: p.owner, item: p.item });
+            for (lane, name) in of(leaf) {
+                cones.set(lane, &geometry.cone(name.item), *name);
             }
             cones
         })
@@ -154,10 +157,9 @@ fn fill(nodes: &mut [Node], prims: &[Prim], geometry: &Geometry) -> (Vec<Cones>,
         .par_iter()
         .map(|leaf| {
             let mut made = Triangles::default();
-            for (lane, p) in of(leaf) {
-                let surface = p.owner & !SURFACE;
-                let name = Name { owner: surface, item: p.item };
-                made.set(lane, &geometry.triangle(surface, p.item), name);
+            for (lane, name) in of(leaf) {
+                let name = Name { owner: name.owner & !SURFACE, ..*name };
+                made.set(lane, &geometry.triangle(name.owner, name.item), name);
             }
             made
         })

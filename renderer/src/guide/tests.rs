@@ -79,6 +79,63 @@ fn samples_follow_their_density_which_integrates_to_one() {
 }
 
 #[test]
+fn a_light_along_the_fibre_leaves_the_density_whole() {
+    // Two degrees from the fibre's own direction half of an untruncated inclination would lie beyond the pole: the
+    // guide's own density, without the lobe's, must still integrate to one and be what is drawn.
+    let model = FibreModel::new(&FibreOptics::default()).unwrap();
+    let at = FibrePoint { tangent: Vec3::Y, normal: Vec3::Z, absorption_rgb: [0.1; 3], major: Vec3::X };
+    let lobe = Lobe::Fibre(model.toward(&at, Vec3::new(0.2, 0.4, 0.9).normalize()));
+    for theta_deg in [88.0f32, -80.0, 0.0] {
+        let (sin, cos) = theta_deg.to_radians().sin_cos();
+        let to = Vec3::new(0.0, sin, cos);
+        let along = AreaLight {
+            centre_mm: to * 800.0,
+            half_u_mm: Vec3::X * 50.0,
+            half_v_mm: Vec3::X.cross(-to) * -50.0,
+            radiance_rgb: [10.0; 3],
+        };
+        let facing = if along.half_u_mm.cross(along.half_v_mm).dot(to) > 0.0 {
+            AreaLight { half_u_mm: -along.half_u_mm, ..along }
+        } else {
+            along
+        };
+        let guide = Guide::new(&Lights::new(&[facing]).unwrap(), Vec3::ZERO, Vec3::Y, &lobe);
+        assert!(guide.guided == GUIDED && guide.count == 1);
+        // Over inclination and azimuth, each at 2000 midpoints: the logistic's scales are 0.12 and 0.35 radians.
+        let n = 2000;
+        let (mut whole, mut upper) = (0.0f64, 0.0f64);
+        for i in 0..n {
+            let theta = PI * ((i as f32 + 0.5) / n as f32 - 0.5);
+            for j in 0..40 {
+                let phi = 2.0 * PI * (j as f32 + 0.5) / 40.0;
+                let (s, c) = theta.sin_cos();
+                let d = Vec3::new(c * phi.sin(), s, c * phi.cos());
+                let mass = f64::from(guide.pdf(d, 0.0) / GUIDED * c) * 2.0 * std::f64::consts::PI.powi(2)
+                    / f64::from(n * 40);
+                whole += mass;
+                upper += if theta_deg.signum() * theta > theta_deg.abs().to_radians() { mass } else { 0.0 };
+            }
+        }
+        // Single precision of the angles near the pole, and 40 midpoints over a logistic of 0.35 radians.
+        assert!((whole - 1.0).abs() < 2e-3, "{theta_deg}°: {whole}");
+        // Share of the directions drawn that lie beyond the light, against the density's.
+        let mut rng = Rng::keyed(&[31]);
+        let (mut beyond, draws) = (0.0f64, 40_000);
+        for _ in 0..draws {
+            let u = [GUIDED * 0.999 * rng.f32(), rng.f32(), rng.f32(), rng.f32()];
+            let d = guide.sample(&lobe, u).expect("the lobe scatters everywhere").to_light;
+            let theta = asin(d.y.clamp(-1.0, 1.0));
+            beyond += f64::from(theta_deg.signum() * theta > theta_deg.abs().to_radians()) / f64::from(draws);
+        }
+        let error = (upper * (1.0 - upper) / f64::from(draws)).sqrt();
+        assert!(
+            (beyond - upper).abs() < 4.5 * error + 2e-3,
+            "{theta_deg}°: {beyond} drawn, {upper} ± {error}"
+        );
+    }
+}
+
+#[test]
 fn skin_many_lights_and_no_light_leave_directions_to_scattering() {
     let model = FibreModel::new(&FibreOptics::default()).unwrap();
     let at = FibrePoint { tangent: Vec3::Y, normal: Vec3::Z, absorption_rgb: [0.1; 3], major: Vec3::X };

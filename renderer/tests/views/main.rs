@@ -3,5 +3,6 @@
 mod closed;
 mod common;
 mod promises;
+mod shadows;
 mod transport;
 mod witness;

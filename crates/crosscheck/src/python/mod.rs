@@ -1,25 +1,30 @@
 //! The witnesses' Python: found or made, asked what it has, and run one process a job.
 
+mod environment;
+mod process;
+
 use crate::{Bundle, Case, CrossError};
+use environment::environment;
+use process::finish;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitStatus, Stdio};
-use std::time::{Duration, Instant};
+use std::process::Command;
+use std::time::Duration;
 use strandbench_types::Monitor;
 
 /// What the environment is made of.
-pub const REQUIREMENTS: &str = include_str!("../../../renderer/mitsuba/requirements.txt");
+pub const REQUIREMENTS: &str = include_str!("../../../../renderer/mitsuba/requirements.txt");
 
 /// The programs, so that they are there without the source tree.
 const PROGRAMS: &[(&str, &str)] = &[
-    ("exchange.py", include_str!("../../../renderer/mitsuba/exchange.py")),
-    ("jobs.py", include_str!("../../../renderer/mitsuba/jobs.py")),
-    ("marschner.py", include_str!("../../../renderer/mitsuba/marschner.py")),
-    ("marschner_bsdf.py", include_str!("../../../renderer/mitsuba/marschner_bsdf.py")),
-    ("probe.py", include_str!("../../../renderer/mitsuba/probe.py")),
-    ("rays.py", include_str!("../../../renderer/mitsuba/rays.py")),
-    ("scene.py", include_str!("../../../renderer/mitsuba/scene.py")),
-    ("witness.py", include_str!("../../../renderer/mitsuba/witness.py")),
+    ("exchange.py", include_str!("../../../../renderer/mitsuba/exchange.py")),
+    ("jobs.py", include_str!("../../../../renderer/mitsuba/jobs.py")),
+    ("marschner.py", include_str!("../../../../renderer/mitsuba/marschner.py")),
+    ("marschner_bsdf.py", include_str!("../../../../renderer/mitsuba/marschner_bsdf.py")),
+    ("probe.py", include_str!("../../../../renderer/mitsuba/probe.py")),
+    ("rays.py", include_str!("../../../../renderer/mitsuba/rays.py")),
+    ("scene.py", include_str!("../../../../renderer/mitsuba/scene.py")),
+    ("witness.py", include_str!("../../../../renderer/mitsuba/witness.py")),
 ];
 
 /// Oldest Mitsuba that is a witness: before it, sampling of hair has numeric faults.
@@ -179,93 +184,6 @@ fn numbers(version: &str) -> [u32; 3] {
     std::array::from_fn(|_| parts.next().unwrap_or(0))
 }
 
-/// A virtual environment with the pinned requirements, made once per content of their file.
-fn environment(out: &Path, monitor: &dyn Monitor) -> Result<PathBuf, CrossError> {
-    let hash = blake3::hash(REQUIREMENTS.as_bytes()).to_hex()[..12].to_owned();
-    let cache = std::env::var_os("XDG_CACHE_HOME")
-        .map(PathBuf::from)
-        .or_else(|| std::env::var_os("LOCALAPPDATA").map(PathBuf::from))
-        .or_else(|| std::env::var_os("HOME").map(|h| PathBuf::from(h).join(".cache")));
-    let folder = match cache {
-        Some(c) => c.join("strandbench").join(format!("witness-{hash}")),
-        None => out.join(".venv"),
-    };
-    let python = folder.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" });
-    let stamp = folder.join("installed-requirements.txt");
-    if python.exists() && std::fs::read_to_string(&stamp).is_ok_and(|have| have == REQUIREMENTS) {
-        return Ok(python);
-    }
-    monitor.begin("install Mitsuba", 1);
-    let missing = |what: &str, e: CrossError| {
-        match e {
-        CrossError::Cancelled(_) => e,
-        e => CrossError::Missing {
-            what: format!("{what} ({e})"),
-            remedy: "the cross-check needs Python 3.9 or newer with venv and pip, and a package index; or name a Python that has the packages of renderer/mitsuba/requirements.txt in STRANDBENCH_PYTHON".into(),
-        },
-    }
-    };
-    let starter = std::env::var_os("STRANDBENCH_BASE_PYTHON").unwrap_or_else(|| "python3".into());
-    let mut venv = Command::new(starter);
-    venv.args(["-m", "venv", "--clear"]).arg(&folder);
-    finish("venv", &mut venv, INSTALL_LIMIT, monitor).map_err(|e| missing("no virtual environment", e))?;
-    let list = out.join("witness/requirements.txt");
-    std::fs::write(&list, REQUIREMENTS).map_err(|e| CrossError::file(&list, e))?;
-    let mut pip = Command::new(&python);
-    pip.args(["-m", "pip", "--quiet", "--disable-pip-version-check", "install", "-r"]).arg(&list);
-    finish("pip", &mut pip, INSTALL_LIMIT, monitor).map_err(|e| missing("Mitsuba was not installed", e))?;
-    std::fs::write(&stamp, REQUIREMENTS).map_err(|e| CrossError::file(&stamp, e))?;
-    monitor.advance(1);
-    Ok(python)
-}
-
-/// Runs a process to its end and returns what it wrote to standard output.
-fn finish(
-    job: &str,
-    command: &mut Command,
-    limit: Duration,
-    monitor: &dyn Monitor,
-) -> Result<String, CrossError> {
-    let fault = |how: String, last: String| CrossError::Job { job: job.to_owned(), how, last };
-    // Files and not pipes: a full pipe would stop the process.
-    let scratch = || tempfile::tempfile().map_err(|e| fault("has no scratch file".into(), e.to_string()));
-    let (out, err) = (scratch()?, scratch()?);
-    let clone =
-        |f: &std::fs::File| f.try_clone().map_err(|e| fault("has no scratch file".into(), e.to_string()));
-    let mut child =
-        command.stdin(Stdio::null()).stdout(clone(&out)?).stderr(clone(&err)?).spawn().map_err(|e| {
-            fault(format!("did not start ({})", command.get_program().display()), e.to_string())
-        })?;
-    let start = Instant::now();
-    let status: ExitStatus = loop {
-        if let Some(status) = child.try_wait().map_err(|e| fault("was lost".into(), e.to_string()))? {
-            break status;
-        }
-        let late = start.elapsed() > limit;
-        if late || monitor.cancelled() {
-            let _ = child.kill();
-            let _ = child.wait();
-            monitor.check()?;
-            return Err(fault(format!("took longer than {} s", limit.as_secs()), text(err)));
-        }
-        std::thread::sleep(Duration::from_millis(10));
-    };
-    if !status.success() {
-        return Err(fault(format!("ended with {status}"), text(err)));
-    }
-    Ok(text(out))
-}
-
-/// The end of a scratch file.
-fn text(mut file: std::fs::File) -> String {
-    use std::io::{Read, Seek, SeekFrom};
-    let mut bytes = Vec::new();
-    let length = file.seek(SeekFrom::End(0)).unwrap_or(0);
-    let _ = file.seek(SeekFrom::Start(length.saturating_sub(4000)));
-    let _ = file.take(4000).read_to_end(&mut bytes);
-    String::from_utf8_lossy(&bytes).trim().to_owned()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -307,28 +225,5 @@ mod tests {
         assert!(say("\"3.9.0\"").unwrap_err().to_string().contains("older than 3.9.1"));
         assert!(say("null").unwrap_err().to_string().contains("has no mitsuba"));
         assert_eq!(say("\"3.9.1\"").unwrap().versions["mitsuba"], "3.9.1");
-    }
-
-    #[cfg(unix)]
-    #[test]
-    fn processes_that_fail_hang_or_are_stopped_are_reported() {
-        let sh = |script: &str, limit, monitor: &dyn Monitor| {
-            finish("j", Command::new("/bin/sh").args(["-c", script]), Duration::from_millis(limit), monitor)
-        };
-        assert_eq!(sh("echo well", 5000, &Silent).unwrap(), "well");
-        let e = sh("echo bad >&2; exit 3", 5000, &Silent).unwrap_err().to_string();
-        assert!(e.contains("exit status: 3") && e.contains("bad"), "{e}");
-        assert!(sh("sleep 20", 50, &Silent).unwrap_err().to_string().contains("took longer"));
-        struct Stop;
-        impl Monitor for Stop {
-            fn begin(&self, _: &str, _: u64) {}
-            fn advance(&self, _: u64) {}
-            fn cancelled(&self) -> bool {
-                true
-            }
-        }
-        assert!(matches!(sh("sleep 20", 5000, &Stop), Err(CrossError::Cancelled(_))));
-        // More output than a pipe holds.
-        assert!(sh("head -c 300000 /dev/zero | tr '\\0' x", 5000, &Silent).unwrap().len() <= 4000);
     }
 }

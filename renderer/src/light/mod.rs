@@ -2,7 +2,11 @@
 //!
 //! Lights neither hide what is behind them nor are seen by cameras; rays that scattering sends out see them.
 
+mod emitter;
+
 use crate::environment::Sky;
+use emitter::Emitter;
+pub use emitter::LightSample;
 use glam::Vec3;
 use strandbench_scenes::AreaLight;
 
@@ -42,87 +46,6 @@ impl Mix {
     }
 }
 
-/// Area over squared distance below which [`Strategy::Both`] leaves a light to points on it: lobes of hair and
-/// skin rarely exceed a density of a few per steradian, so the other way's weight there would be small.
-const SMALL_SR: f32 = 0.1;
-
-/// A point on a light as seen from a shading point.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LightSample {
-    /// Unit direction towards the light.
-    pub direction: Vec3,
-    /// Distance, mm.
-    pub distance: f32,
-    /// Radiance times the light's cosine over squared distance, over the probability density: multiplied with
-    /// the scattering function and the receiver's cosine it estimates the reflected radiance.
-    pub weight_rgb: [f32; 3],
-    /// Density of the direction, per steradian.
-    pub pdf: f32,
-}
-
-#[derive(Clone, Copy, Debug)]
-struct Emitter {
-    centre: Vec3,
-    half_u: Vec3,
-    half_v: Vec3,
-    /// Reciprocal basis of the half edges.
-    across_u: Vec3,
-    across_v: Vec3,
-    normal: Vec3,
-    /// Radiance times area.
-    power_rgb: [f32; 3],
-    area: f32,
-    /// This light's share of [0, 1).
-    start: f32,
-    end: f32,
-}
-
-impl Emitter {
-    #[inline]
-    fn sample(&self, u: [f32; 2], point: Vec3) -> Option<LightSample> {
-        let on = self.centre + self.half_u * (2.0 * u[0] - 1.0) + self.half_v * (2.0 * u[1] - 1.0);
-        let to = on - point;
-        let d2 = to.length_squared();
-        if d2 < 1e-12 {
-            return None;
-        }
-        let distance = d2.sqrt();
-        let direction = to / distance;
-        let cos = -self.normal.dot(direction);
-        if cos <= 0.0 {
-            return None;
-        }
-        let w = cos / d2;
-        let pdf = 1.0 / (self.area * w);
-        Some(LightSample { direction, distance, weight_rgb: self.power_rgb.map(|p| p * w), pdf })
-    }
-
-    /// Distance, and density of [`Emitter::sample`], where a ray meets the side that shines.
-    #[inline]
-    fn meet(&self, origin: Vec3, direction: Vec3) -> Option<(f32, f32)> {
-        let cos = -self.normal.dot(direction);
-        if cos <= 0.0 {
-            return None;
-        }
-        let distance = (origin - self.centre).dot(self.normal) / cos;
-        if distance <= 0.0 {
-            return None;
-        }
-        let on = origin + direction * distance - self.centre;
-        // Edges need not be perpendicular: coordinates by the reciprocal basis.
-        let (u, v) = (on.dot(self.across_u), on.dot(self.across_v));
-        if u.abs() > 1.0 || v.abs() > 1.0 {
-            return None;
-        }
-        Some((distance, distance * distance / (self.area * cos)))
-    }
-
-    #[inline]
-    fn is_small(&self, point: Vec3) -> bool {
-        self.area < SMALL_SR * (self.centre - point).length_squared()
-    }
-}
-
 /// A light point chosen among one on each light, see [`Lights::choose`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Choice {
@@ -159,27 +82,10 @@ impl Lights {
             if !finite || l.radiance_rgb.iter().any(|&r| !(r >= 0.0 && r.is_finite())) {
                 return Err(format!("light {i}: a number is not finite, or its radiance is negative"));
             }
-            let across = l.half_u_mm.cross(l.half_v_mm);
-            let area = 4.0 * across.length();
-            let weight = area * l.radiance_rgb.iter().sum::<f32>();
-            // Also edges so short or so parallel that their product is lost to rounding.
-            if weight <= 0.0 || !across.length_squared().is_normal() {
-                continue;
+            if let Some(emitter) = Emitter::of(l) {
+                weights.push(f64::from(emitter.area * l.radiance_rgb.iter().sum::<f32>()));
+                emitters.push(emitter);
             }
-            weights.push(f64::from(weight));
-            let across2 = across.length_squared();
-            emitters.push(Emitter {
-                centre: l.centre_mm,
-                half_u: l.half_u_mm,
-                half_v: l.half_v_mm,
-                across_u: l.half_v_mm.cross(across) / across2,
-                across_v: across.cross(l.half_u_mm) / across2,
-                normal: across.normalize(),
-                power_rgb: l.radiance_rgb.map(|r| r * area),
-                area,
-                end: 1.0,
-                start: 0.0,
-            });
         }
         let total: f64 = weights.iter().sum();
         let mut before = 0.0;

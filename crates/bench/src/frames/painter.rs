@@ -1,0 +1,67 @@
+//! Those who render.
+
+use super::Job;
+use crate::error::BenchError;
+use crate::memory;
+use crate::python::{Python, Spent};
+use serde_json::json;
+use std::time::Instant;
+use strandbench_renderer::{RenderScene, Settings};
+use strandbench_types::{Monitor, Plane};
+
+/// Something that renders.
+pub(super) trait Painter {
+    fn paint(&mut self, job: Job, seed: u64) -> Result<(Spent, Vec<f32>), BenchError>;
+    fn peak_bytes(&self) -> Option<u64>;
+}
+
+/// This project's renderer.
+pub(super) struct Own<'a> {
+    pub scene: RenderScene<'a>,
+    pub monitor: &'a dyn Monitor,
+}
+
+/// Hands on whether to stop; the images' own progress is not shown.
+struct Stop<'a>(&'a dyn Monitor);
+
+impl Monitor for Stop<'_> {
+    fn begin(&self, _: &str, _: u64) {}
+    fn advance(&self, _: u64) {}
+    fn cancelled(&self) -> bool {
+        self.0.cancelled()
+    }
+}
+
+impl Painter for Own<'_> {
+    fn paint(&mut self, job: Job, seed: u64) -> Result<(Spent, Vec<f32>), BenchError> {
+        let settings = Settings {
+            samples_per_pixel: job.samples,
+            max_samples_per_pixel: job.samples,
+            noise_target: 0.0,
+            depth: job.depth,
+            clamp: 0.0,
+            ..Settings::default()
+        };
+        let (clock, cpu) = (Instant::now(), memory::cpu_s());
+        let image: Plane<[f32; 3]> = self.scene.render(0, &settings, seed, &Stop(self.monitor))?.radiance_rgb;
+        let wall_s = clock.elapsed().as_secs_f64();
+        let cpu_s = memory::cpu_s().zip(cpu).map_or(wall_s, |(now, before)| now - before);
+        Ok((Spent { wall_s, cpu_s }, image.data.into_iter().flatten().collect()))
+    }
+
+    fn peak_bytes(&self) -> Option<u64> {
+        memory::peak_bytes()
+    }
+}
+
+impl Painter for Python {
+    fn paint(&mut self, job: Job, seed: u64) -> Result<(Spent, Vec<f32>), BenchError> {
+        let command = json!({"do": "frame", "folder": self.folder(), "depth": job.depth, "spp": job.samples, "seed": seed});
+        let (spent, _) = self.timed(command)?;
+        Ok((spent, self.read("pixels")?))
+    }
+
+    fn peak_bytes(&self) -> Option<u64> {
+        self.ask(json!({"do": "memory"})).ok()?["peak_bytes"].as_u64()
+    }
+}

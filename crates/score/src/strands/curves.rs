@@ -1,5 +1,6 @@
 //! Strands as curves, ready for nearest and range queries.
 
+use super::cones::{Cone, cones};
 use super::tree::{Limit, Tree};
 use crate::ScoreError;
 use crate::check::fault;
@@ -53,6 +54,8 @@ pub(crate) struct Curves {
     segments: Vec<Segment>,
     /// Extent of each part; empty if every segment is whole.
     cuts: Vec<[f64; 2]>,
+    /// Lines of each node of the tree.
+    cones: Vec<Cone>,
     /// Segments without a direction, left out.
     pub dropped: u64,
 }
@@ -84,8 +87,7 @@ impl Curves {
             let [a, b] = ends(i as usize);
             Segment { a, b, point: starts[i as usize] }
         };
-        let segments = order.iter().map(segment).collect();
-        Ok(Curves { tree, segments, cuts: Vec::new(), dropped })
+        Ok(Curves::new(tree, order.iter().map(segment).collect(), Vec::new(), dropped))
     }
 
     /// Parts of segments.
@@ -105,12 +107,13 @@ impl Curves {
             let [a, b] = ends(i as usize);
             Segment { a, b, point: parts[i as usize].0 }
         };
-        Curves {
-            tree,
-            segments: order.iter().map(segment).collect(),
-            cuts: order.iter().map(|&i| parts[i as usize].1).collect(),
-            dropped: 0,
-        }
+        let cuts = order.iter().map(|&i| parts[i as usize].1).collect();
+        Curves::new(tree, order.iter().map(segment).collect(), cuts, 0)
+    }
+
+    fn new(tree: Tree, segments: Vec<Segment>, cuts: Vec<[f64; 2]>, dropped: u64) -> Curves {
+        let cones = cones(&tree, |rank| segments[rank].b - segments[rank].a);
+        Curves { tree, segments, cuts, cones, dropped }
     }
 
     pub fn is_empty(&self) -> bool {
@@ -199,24 +202,24 @@ impl Curves {
     /// where there is none. With `vertices`, distances are to each segment's first point alone. Exact up to the
     /// smallest angle of the grid; beyond it "near enough" ends the search.
     pub fn staircase(&self, p: DVec3, t: DVec3, vertices: bool) -> [f64; 7] {
-        let steps = Staircase([-1.0; 7]);
+        let steps = Staircase { best: [-1.0; 7], line: t.as_vec3(), cones: &self.cones };
         let mut out = [-1.0; 7];
         self.tree.walk_while(
             p,
             |d| d <= GRID2[6],
-            |rank, steps: &mut Staircase| {
+            |rank, steps: &mut Staircase<'_>| {
                 let (mut d2, cos2, ..) = self.member(rank, p, t);
                 if vertices {
                     d2 = self.segments[rank].a.as_dvec3().distance_squared(p);
                 }
                 let Some(level) = GRID2.iter().position(|&g| d2 <= g) else { return };
-                for s in &mut steps.0[level..] {
+                for s in &mut steps.best[level..] {
                     if *s >= cos2 {
                         break;
                     }
                     *s = cos2;
                 }
-                out = steps.0;
+                out = steps.best;
             },
             steps,
         );
@@ -230,13 +233,20 @@ const GRID2: [f64; 7] = [0.0625, 0.25, 1.0, 4.0, 9.0, 16.0, 25.0];
 /// cos² of the grid's smallest angle, 5 degrees, rounded up.
 const ENOUGH: f64 = 0.992_403_876_6;
 
-/// Best squared cosine within each distance of the grid.
-struct Staircase([f64; 7]);
+struct Staircase<'a> {
+    /// Best squared cosine within each distance of the grid.
+    best: [f64; 7],
+    line: Vec3,
+    cones: &'a [Cone],
+}
 
-impl Limit for Staircase {
-    fn matters(&self, distance_squared: f64) -> bool {
+impl Limit for Staircase<'_> {
+    fn matters(&self, node: u32, distance_squared: f64) -> bool {
         let level = GRID2.iter().position(|&g| distance_squared <= g);
-        level.is_some_and(|l| self.0[l] < ENOUGH)
+        level.is_some_and(|l| {
+            let best = self.best[l];
+            best < ENOUGH && (best < 0.0 || best < self.cones[node as usize].most_cos2(self.line))
+        })
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod alignment;
 mod at_points;
+mod cones;
 pub(crate) mod curves;
 mod free;
 mod identity;

@@ -2,6 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Members of a leaf, at most.
 const LEAF: usize = 4;
@@ -51,6 +52,23 @@ impl Tree {
         (Tree { nodes }, keyed.into_iter().map(|k| k.1).collect())
     }
 
+    /// A value of each node: of a leaf from the ranks of its members, of any other from its two children's.
+    pub fn fold<T>(&self, leaf: impl Fn(Range<usize>) -> T, join: impl Fn(&T, &T) -> T) -> Vec<T> {
+        // Children come after their parent; from the last node on, they are there before it.
+        let mut found: Vec<T> = Vec::with_capacity(self.nodes.len());
+        let last = self.nodes.len().wrapping_sub(1);
+        for (i, node) in self.nodes.iter().enumerate().rev() {
+            let first = node.link as usize;
+            let value = match node.count {
+                0 => join(&found[last - (i + 1)], &found[last - first]),
+                n => leaf(first..first + n as usize),
+            };
+            found.push(value);
+        }
+        found.reverse();
+        found
+    }
+
     /// Visits members from near boxes to far ones: `visit` gets a member's rank and returns the squared distance
     /// beyond which boxes no longer matter, which is `within` at first.
     pub fn walk(&self, p: DVec3, within: f64, mut visit: impl FnMut(usize) -> f64) {
@@ -78,7 +96,7 @@ impl Tree {
         while top > 0 {
             top -= 1;
             let (i, d) = stack[top];
-            if !state.matters(d) {
+            if !state.matters(i, d) {
                 continue;
             }
             let node = &self.nodes[i as usize];
@@ -93,7 +111,7 @@ impl Tree {
             let db = self.nodes[b as usize].distance_squared(p);
             let (near, far) = if da <= db { ((a, da), (b, db)) } else { ((b, db), (a, da)) };
             for child in [far, near] {
-                if state.matters(child.1) {
+                if state.matters(child.0, child.1) {
                     stack[top] = child;
                     top += 1;
                 }
@@ -104,11 +122,11 @@ impl Tree {
 
 /// What decides whether a box at a squared distance can still hold something of interest.
 pub(crate) trait Limit {
-    fn matters(&self, distance_squared: f64) -> bool;
+    fn matters(&self, node: u32, distance_squared: f64) -> bool;
 }
 
 impl Limit for f64 {
-    fn matters(&self, distance_squared: f64) -> bool {
+    fn matters(&self, _: u32, distance_squared: f64) -> bool {
         distance_squared <= *self
     }
 }

@@ -76,7 +76,7 @@ pub(super) fn time(data: &Moving) -> Markup {
                 "mm",
                 vec![
                     ("drift", "#b3541e", Box::new(|r| r.motion.drift_mm)),
-                    ("true motion", "#7a7a7a", Box::new(|r| r.motion.moved_mm)),
+                    ("truth", "#7a7a7a", Box::new(|r| r.motion.moved_mm)),
                 ],
             ),
             "Drift of tracked strands against the first frame (C4), beside how far the true hair has moved.",

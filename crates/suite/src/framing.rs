@@ -1,8 +1,8 @@
 //! What hair from a file leaves open: how thick its fibres are, and how the cameras frame it.
 
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec3};
 use strandbench_scenes::{RigSpec, Scene};
-use strandbench_types::Rig;
+use strandbench_types::{Rig, StrandSet};
 
 /// Share of half of the image that the hair's box may take.
 const FILL: f64 = 0.92;
@@ -14,6 +14,8 @@ const ROOM_MM: f64 = 50.0;
 const FIBRES_OF_A_HEAD: f64 = 100_000.0;
 /// Radius of such a fibre, mm.
 const FIBRE_RADIUS_MM: f64 = 0.04;
+/// How long the longest side of the box of a head of hair is, from a crew cut to hair below the hips, mm.
+const HEAD_OF_HAIR_MM: std::ops::RangeInclusive<f32> = 120.0..=1500.0;
 
 /// Fibre radius (mm) of a set that states none: 0.04 mm for a full head of hair (100,000 fibres); a sparser set
 /// gets the same volume of hair, each fibre standing for several of its cross-section, up to four times the
@@ -81,10 +83,23 @@ fn most(mut values: Vec<f64>) -> (f64, f64) {
     (values[out], values[n - 1 - out])
 }
 
+/// How large the hair is, and a hint where no head of hair is as large: its file's unit was guessed wrong.
+pub(crate) fn size_note(strands: &StrandSet) -> String {
+    let none = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    let (lo, hi) = strands.points.iter().fold(none, |(lo, hi), &p| (lo.min(p), hi.max(p)));
+    let size = (hi - lo).max(Vec3::ZERO);
+    let hint = if HEAD_OF_HAIR_MM.contains(&size.max_element()) {
+        ""
+    } else {
+        "; a head of hair is 120 to 1500 mm: state the file's unit and axes with --preset, or --scale-mm, --up and \
+         --forward"
+    };
+    format!("the hair is {:.0} x {:.0} x {:.0} mm (width, height, depth){hint}", size.x, size.y, size.z)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Vec3;
     use strandbench_scenes::SceneSpec;
 
     const SCENE: &str = "difficulty = \"easy\"\nstresses = \"framing\"\n[groom]\nfamily = \"straight\"\n\
@@ -143,5 +158,16 @@ mod tests {
         let volume = |n: usize| n as f32 * radius_mm(n).powi(2);
         assert!((volume(10_000) / volume(100_000) - 1.0).abs() < 0.02);
         assert_eq!(radius_mm(10), 0.16);
+    }
+
+    #[test]
+    fn hair_that_no_head_bears_is_noticed() {
+        let of = |mm: f32| {
+            let mut set = StrandSet::new();
+            set.push(&[Vec3::ZERO, Vec3::new(10.0, mm, 20.0)], 0.05);
+            size_note(&set)
+        };
+        assert_eq!(of(300.0), "the hair is 10 x 300 x 20 mm (width, height, depth)");
+        assert!(of(80.0).contains("--preset") && of(2000.0).contains("--scale-mm"));
     }
 }

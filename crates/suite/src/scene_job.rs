@@ -112,7 +112,7 @@ impl SceneJob {
         let mut job = SceneJob::from_toml(&spec.name, Path::new(""), &without_exposure(&spec), settings)?;
         let Ok(scene) = job.build(0) else { return Ok(job) };
         let set = |key: &str| settings.iter().any(|s| s.part == Part::Scene && s.key == key);
-        let mut notes = Vec::new();
+        let mut notes = vec![framing::size_note(&scene.strands)];
         let rig = framing::frame(&job.spec.rig, &scene, set("rig.target_mm"));
         spec = SceneSpec { rig, ..job.spec.clone() };
         notes.push(format!(

@@ -10,6 +10,9 @@ const LEAF: usize = 4;
 /// Bits of an axis in the order along which members are sorted.
 const BITS: u32 = 21;
 
+/// Members from which on a tree's halves are built side by side.
+const PARALLEL: usize = 1 << 14;
+
 /// Deepest stack of a walk: one level for each bit of the sorting key, and halving below that.
 const STACK: usize = 3 * BITS as usize + 34;
 
@@ -46,7 +49,7 @@ impl Tree {
             return (Tree { nodes: Vec::new() }, Vec::new());
         }
         let keyed = keyed(n, &bounds);
-        let mut nodes = Vec::with_capacity(n);
+        let mut nodes = Vec::new();
         build(&keyed, 0, &bounds, &mut nodes);
         nodes.shrink_to_fit();
         (Tree { nodes }, keyed.into_iter().map(|k| k.1).collect())
@@ -186,7 +189,7 @@ fn spread(v: f64) -> u64 {
 fn build(
     keyed: &[(u64, u32)],
     base: usize,
-    bounds: &impl Fn(usize) -> [Vec3; 2],
+    bounds: &(impl Fn(usize) -> [Vec3; 2] + Sync),
     nodes: &mut Vec<Node>,
 ) -> [Vec3; 2] {
     let at = nodes.len();
@@ -203,9 +206,28 @@ fn build(
         Some(bit) => keyed.partition_point(|k| k.0 >> bit & 1 == 0),
     };
     nodes.push(Node { lo: Vec3::ZERO, hi: Vec3::ZERO, link: 0, count: 0 });
-    grow(build(&keyed[..middle], base, bounds, nodes));
-    let second = nodes.len() as u32;
-    grow(build(&keyed[middle..], base + middle, bounds, nodes));
+    let (left, right) = keyed.split_at(middle);
+    let second = if keyed.len() < PARALLEL {
+        grow(build(left, base, bounds, nodes));
+        let second = nodes.len() as u32;
+        grow(build(right, base + middle, bounds, nodes));
+        second
+    } else {
+        let part = |keyed: &[(u64, u32)], base: usize| {
+            let mut own = Vec::with_capacity(keyed.len());
+            (build(keyed, base, bounds, &mut own), own)
+        };
+        let (a, b) = rayon::join(|| part(left, base), || part(right, base + middle));
+        let second = (at + 1 + a.1.len()) as u32;
+        for ((corners, own), first) in [(a, at as u32 + 1), (b, second)] {
+            grow(corners);
+            // Links to nodes were counted from the part's own first node; those of leaves are ranks.
+            nodes.extend(
+                own.into_iter().map(|n| Node { link: n.link + if n.count == 0 { first } else { 0 }, ..n }),
+            );
+        }
+        second
+    };
     nodes[at] = Node { lo: all[0], hi: all[1], link: second, count: 0 };
     all
 }
@@ -215,6 +237,34 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
     use strandbench_rng::Rng;
+
+    #[test]
+    fn halves_built_side_by_side_make_the_tree_of_one_after_the_other() {
+        let point = |i: usize| {
+            let mut r = Rng::keyed(&[9, i as u64]);
+            Vec3::new(r.range(-50.0, 50.0), r.range(-50.0, 50.0), r.range(-50.0, 50.0))
+        };
+        let n = 3 * PARALLEL;
+        let (tree, order) = Tree::new(n, |i| [point(i); 2]);
+        let found = tree.fold(
+            |ranks| (ranks.len(), ranks.map(|r| order[r] as u64).sum::<u64>()),
+            |a, b| (a.0 + b.0, a.1 + b.1),
+        );
+        assert_eq!(found[0], (n, (n as u64 - 1) * n as u64 / 2), "every member below the root once");
+        for (i, node) in tree.nodes.iter().enumerate().filter(|(_, node)| node.count == 0) {
+            for child in [&tree.nodes[i + 1], &tree.nodes[node.link as usize]] {
+                let inside = node.lo.cmple(child.lo).all() && node.hi.cmpge(child.hi).all();
+                assert!(inside && node.link as usize > i + 1, "node {i}");
+            }
+        }
+        let p = DVec3::new(3.0, -7.0, 2.0);
+        let mut met = 0;
+        tree.walk(p, 100.0, |rank| {
+            met += usize::from(point(order[rank] as usize).as_dvec3().distance_squared(p) <= 100.0);
+            100.0
+        });
+        assert_eq!(met, (0..n).filter(|&i| point(i).as_dvec3().distance_squared(p) <= 100.0).count());
+    }
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(100))]

@@ -89,8 +89,9 @@ mod tests {
     #[test]
     fn a_cone_of_lines_that_run_alike_is_narrow_and_forgets_their_sign() {
         let tree = Tree::new(6, |i| [Vec3::splat(i as f32); 2]).0;
-        let all =
-            cones(&tree, |r| Vec3::new(1.0, 0.02 * r as f32, 0.0) * if r.is_multiple_of(2) { 1.0 } else { -1.0 });
+        let all = cones(&tree, |r| {
+            Vec3::new(1.0, 0.02 * r as f32, 0.0) * if r.is_multiple_of(2) { 1.0 } else { -1.0 }
+        });
         assert!(all[0].most_cos2(Vec3::Y) < 0.2_f64.sin().powi(2), "{}", all[0].most_cos2(Vec3::Y));
         assert_eq!(all[0].most_cos2(Vec3::X), 1.0);
     }

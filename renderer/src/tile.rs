@@ -30,50 +30,76 @@ impl Tile {
     }
 }
 
-/// The whole view of tiles in rows, of `rays` rays a pixel whose hits are kept.
-pub(crate) fn assemble(tiles: Vec<Tile>, (width, height): (usize, usize), rays: u16) -> Render {
-    let across = width.div_ceil(TILE);
-    let mut rgb = Plane::filled(width, height, [0.0f32; 3]);
-    let mut variance = Plane::filled(width, height, 0.0f32);
-    let mut offsets = vec![0u32; width * height + 1];
-    let pixels = |i: usize| {
-        let (x0, y0) = (i % across * TILE, i / across * TILE);
-        (y0..(y0 + TILE).min(height))
-            .flat_map(move |y| (x0..(x0 + TILE).min(width)).map(move |x| y * width + x))
-    };
-    let mut stats = Stats::default();
-    let mut converged = 0;
-    for (i, tile) in tiles.iter().enumerate() {
-        for (k, at) in pixels(i).enumerate() {
-            rgb.data[at] = tile.rgb[k];
-            variance.data[at] = tile.variance[k];
-            offsets[at + 1] = tile.counts[k];
+/// A view that bands of tiles make up from the top down, so that no more than a few of them are held beside it.
+pub(crate) struct Assembly {
+    width: usize,
+    height: usize,
+    rays: u16,
+    rgb: Vec<[f32; 3]>,
+    variance: Vec<f32>,
+    offsets: Vec<u32>,
+    hits: Vec<SampleHit>,
+    stats: Stats,
+    converged: u64,
+}
+
+impl Assembly {
+    /// An empty view of `rays` rays a pixel whose hits are kept.
+    pub fn new((width, height): (usize, usize), rays: u16) -> Assembly {
+        let pixels = width * height;
+        let mut offsets = Vec::with_capacity(pixels + 1);
+        offsets.push(0);
+        Assembly {
+            width,
+            height,
+            rays,
+            rgb: Vec::with_capacity(pixels),
+            variance: Vec::with_capacity(pixels),
+            offsets,
+            hits: Vec::new(),
+            stats: Stats::default(),
+            converged: 0,
         }
-        stats.primary_rays += tile.work.primary;
-        stats.shadow_rays += tile.work.shadow;
-        stats.bounce_rays += tile.work.bounce;
-        stats.not_finite += tile.work.not_finite;
-        converged += tile.converged;
     }
-    for i in 0..width * height {
-        offsets[i + 1] += offsets[i];
-    }
-    // Row by row of the image, a band of tiles at a time, which are freed as they are done: all hits would otherwise
-    // be in memory twice.
-    let mut hits = Vec::with_capacity(offsets[width * height] as usize);
-    let mut tiles = tiles.into_iter();
-    for band in 0..height.div_ceil(TILE) {
-        let mut row: Vec<(Tile, usize, usize)> = tiles.by_ref().take(across).map(|t| (t, 0, 0)).collect();
-        for _ in band * TILE..((band + 1) * TILE).min(height) {
-            for (x, (tile, pixel, from)) in row.iter_mut().enumerate() {
-                let end = *pixel + TILE.min(width - x * TILE);
-                let n: u32 = tile.counts[*pixel..end].iter().sum();
-                hits.extend_from_slice(&tile.hits[*from..*from + n as usize]);
-                (*pixel, *from) = (end, *from + n as usize);
+
+    /// Adds the next band: a row of tiles, from left to right.
+    pub fn push(&mut self, band: &[Tile]) {
+        let rows = TILE.min(self.height - self.rgb.len() / self.width);
+        let mut places = vec![(0usize, 0usize); band.len()];
+        for _ in 0..rows {
+            for (x, (tile, (pixel, hit))) in band.iter().zip(&mut places).enumerate() {
+                let end = *pixel + TILE.min(self.width - x * TILE);
+                self.rgb.extend_from_slice(&tile.rgb[*pixel..end]);
+                self.variance.extend_from_slice(&tile.variance[*pixel..end]);
+                let first = *hit;
+                for &n in &tile.counts[*pixel..end] {
+                    *hit += n as usize;
+                    self.offsets.push((self.hits.len() + *hit - first) as u32);
+                }
+                self.hits.extend_from_slice(&tile.hits[first..*hit]);
+                *pixel = end;
             }
         }
+        for tile in band {
+            self.stats.primary_rays += tile.work.primary;
+            self.stats.shadow_rays += tile.work.shadow;
+            self.stats.bounce_rays += tile.work.bounce;
+            self.stats.not_finite += tile.work.not_finite;
+            self.converged += tile.converged;
+        }
     }
-    stats.converged = converged as f64 / (width * height) as f64;
-    let rays = vec![rays; width * height];
-    Render { radiance_rgb: rgb, variance, hits: SampleHits { width, height, rays, offsets, hits }, stats }
+
+    /// The view, once all bands are in.
+    pub fn finish(mut self) -> Render {
+        let (width, height) = (self.width, self.height);
+        assert_eq!(self.rgb.len(), width * height, "every band was added");
+        self.stats.converged = self.converged as f64 / (width * height) as f64;
+        let rays = vec![self.rays; width * height];
+        Render {
+            radiance_rgb: Plane::from_vec(width, height, self.rgb),
+            variance: Plane::from_vec(width, height, self.variance),
+            hits: SampleHits { width, height, rays, offsets: self.offsets, hits: self.hits },
+            stats: self.stats,
+        }
+    }
 }

@@ -6,7 +6,7 @@ use crate::lens::RayMaker;
 use crate::path::{Draws, Scratch, Walk};
 use crate::sampler::PixelSampler;
 use crate::scene::RenderScene;
-use crate::tile::{TILE, Tile, assemble};
+use crate::tile::{Assembly, TILE, Tile};
 use crate::{Render, RenderError, Settings};
 use rayon::prelude::*;
 use std::time::Instant;
@@ -15,6 +15,9 @@ use strandbench_types::{Cancelled, Monitor, SampleHit};
 
 /// Rays added to a pixel that has not converged, before it is looked at again.
 const BATCH: u32 = 16;
+
+/// Tiles that are worked on together, for each thread.
+const TILES_A_THREAD: usize = 24;
 
 /// What all tiles of a view share.
 struct View<'a> {
@@ -216,16 +219,22 @@ impl RenderScene<'_> {
         };
         let (across, down) = (width.div_ceil(TILE), height.div_ceil(TILE));
         monitor.begin(&format!("render {}", cam.name), (across * down) as u64);
-        let tiles: Vec<Tile> = (0..across * down)
-            .into_par_iter()
-            .map(|i| {
-                monitor.check()?;
-                let tile = view.tile(i % across * TILE, i / across * TILE);
-                monitor.advance(1);
-                Ok(tile)
-            })
-            .collect::<Result<_, Cancelled>>()?;
-        let mut render = assemble(tiles, (width, height), settings.samples_per_pixel as u16);
+        let mut made = Assembly::new((width, height), settings.samples_per_pixel as u16);
+        // Enough tiles at once that no processor waits for long at the end of a lot.
+        let lot = (TILES_A_THREAD * rayon::current_num_threads()).div_ceil(across);
+        for first in (0..down).step_by(lot) {
+            let tiles: Vec<Tile> = (first * across..(first + lot).min(down) * across)
+                .into_par_iter()
+                .map(|i| {
+                    monitor.check()?;
+                    let tile = view.tile(i % across * TILE, i / across * TILE);
+                    monitor.advance(1);
+                    Ok(tile)
+                })
+                .collect::<Result<_, Cancelled>>()?;
+            tiles.chunks(across).for_each(|band| made.push(band));
+        }
+        let mut render = made.finish();
         render.stats.fibres_at_eye = self.fibres_around(cam.centre_mm().as_vec3());
         render.stats.wall_s = clock.elapsed().as_secs_f64();
         Ok(render)

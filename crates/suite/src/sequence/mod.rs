@@ -77,12 +77,15 @@ impl Stages {
         whole
     }
 
-    /// Content of all folders, as a hash.
+    /// Content of all folders by their names, as a hash.
     pub(crate) fn content(&self) -> String {
         let all: BTreeMap<String, String> = self
             .done
             .iter()
-            .map(|d| (d.folder.to_string_lossy().into_owned(), crate::hash::of_map(&d.record.files)))
+            .map(|d| {
+                let name = d.folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
+                (name, crate::hash::of_map(&d.record.files))
+            })
             .collect();
         crate::hash::of_map(&all)
     }

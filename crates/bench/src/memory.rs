@@ -1,5 +1,8 @@
 //! What the operating system says of this process: memory and processor time.
 
+use crate::python::Spent;
+use std::time::Instant;
+
 /// Largest resident size so far, bytes; `None` where the system does not tell.
 pub fn peak_bytes() -> Option<u64> {
     field(&std::fs::read_to_string("/proc/self/status").ok()?, "VmHWM:")
@@ -18,6 +21,15 @@ pub fn cpu_s() -> Option<f64> {
     let mut rest = stat.rsplit_once(')')?.1.split_ascii_whitespace().skip(11);
     let ticks: u64 = rest.next()?.parse::<u64>().ok()? + rest.next()?.parse::<u64>().ok()?;
     Some(ticks as f64 / 100.0)
+}
+
+/// What a piece of work takes, and what it gives; where the system does not tell the processor's seconds, the clock's.
+pub fn spent<T>(work: impl FnOnce() -> T) -> (Spent, T) {
+    let (clock, cpu) = (Instant::now(), cpu_s());
+    let made = work();
+    let wall_s = clock.elapsed().as_secs_f64();
+    let cpu_s = cpu_s().zip(cpu).map_or(wall_s, |(now, before)| now - before);
+    (Spent { wall_s, cpu_s }, made)
 }
 
 /// A line such as `VmHWM:   5184 kB` of `/proc/self/status`, bytes.

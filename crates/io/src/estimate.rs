@@ -19,8 +19,10 @@ const DEPTH: &str = "depth.exr";
 const ORIENTATION: &str = "orientation.exr";
 const ORIENTATION_3D: &str = "orientation_3d.exr";
 const ENVELOPE: &str = "envelope.ply";
-const STRANDS: &str = "strands.hair";
-const STRAND_IDS: &str = "strand_ids.bin";
+/// Strands of an estimate folder.
+pub const STRANDS: &str = "strands.hair";
+/// Identities of the strands of an estimate folder, one a strand.
+pub const STRAND_IDS: &str = "strand_ids.bin";
 const PARTS: [&str; 6] = [DEPTH, ORIENTATION, ORIENTATION_3D, ENVELOPE, STRANDS, STRAND_IDS];
 
 #[derive(Serialize, Deserialize)]

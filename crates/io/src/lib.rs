@@ -32,7 +32,9 @@ mod visibility;
 
 pub use atomic::{atomic_folder, atomic_write};
 pub use error::{FormatError, IoError};
-pub use estimate::{read_estimate, write_estimate};
+pub use estimate::{
+    STRAND_IDS as ESTIMATE_STRAND_IDS, STRANDS as ESTIMATE_STRANDS, read_estimate, write_estimate,
+};
 pub use exr::{MAX_SIDE_PX, parse_exr, read_exr, write_exr};
 pub use frame::{parse_frame_json, read_frame, read_frame_of_sequence, write_frame};
 pub use hair::{parse_hair, parse_monohair};

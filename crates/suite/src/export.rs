@@ -8,12 +8,16 @@ use crate::stage::Progress;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use strandbench_io::usd::{self, At, Content};
+use strandbench_io::{ESTIMATE_STRAND_IDS as STRAND_IDS, ESTIMATE_STRANDS as STRANDS};
 use strandbench_types::{StrandSet, TriMesh};
 
 /// Endings that strands are exported with.
 pub const STRAND_ENDINGS: [&str; 5] = ["usda", "hair", "ply", "data", "obj"];
 /// Endings that meshes are exported with.
 pub const MESH_ENDINGS: [&str; 3] = ["usda", "ply", "obj"];
+
+/// Frames a second of answers whose renders do not lie beside them: what players of USD assume where a file is silent.
+const UNKNOWN_RATE_HZ: f64 = 24.0;
 
 /// What to export, and how.
 #[derive(Clone, Debug)]
@@ -76,8 +80,8 @@ pub fn export(what: &Export<'_>, out: &Path, progress: &dyn Progress) -> Result<
     let mut done = Exported { folder: out.to_owned(), frames: source.frames().len(), ..Exported::default() };
     strandbench_io::atomic_folder(out, |dir| -> Result<(), SuiteError> {
         progress.begin("frames exported", source.frames().len() as u64);
-        let mut layers = [Layers::default(), Layers::default()];
-        let all_named = source.all_named()?;
+        let mut written = [Vec::new(), Vec::new()];
+        let all_named = source.all_named();
         for &frame in source.frames() {
             progress.check()?;
             let found = source.read(frame)?;
@@ -87,7 +91,8 @@ pub fn export(what: &Export<'_>, out: &Path, progress: &dyn Progress) -> Result<
             done.strands += found.strands.as_ref().map_or(0, StrandSet::len);
             done.meshes += usize::from(found.mesh.is_some());
             if let Some(strands) = &found.strands {
-                let path = layers[0].path(dir, "strands", what.strands, frame)?;
+                let path = place(dir, "strands", what.strands, frame)?;
+                written[0].extend(frame);
                 match (what.strands, source.at(frame)) {
                     ("usda", at) => {
                         usd::write_strands(&path, strands, found.ids.as_deref().filter(|_| all_named), at)?
@@ -96,7 +101,8 @@ pub fn export(what: &Export<'_>, out: &Path, progress: &dyn Progress) -> Result<
                 }
             }
             if let Some(mesh) = &found.mesh {
-                let path = layers[1].path(dir, mesh_name, what.mesh, frame)?;
+                let path = place(dir, mesh_name, what.mesh, frame)?;
+                written[1].extend(frame);
                 match (what.mesh, source.at(frame)) {
                     ("usda", at) => usd::write_mesh(&path, mesh, at)?,
                     _ => strandbench_io::write_mesh(&path, mesh)?,
@@ -114,38 +120,24 @@ pub fn export(what: &Export<'_>, out: &Path, progress: &dyn Progress) -> Result<
             ("strands", what.strands, Content::Strands { ids: all_named }),
             (mesh_name, what.mesh, Content::Mesh),
         ];
-        for ((name, ending, content), layers) in kinds.into_iter().zip(&layers) {
-            done.open.extend(source.index(dir, name, ending, content, layers)?.map(|file| out.join(file)));
+        for ((name, ending, content), written) in kinds.into_iter().zip(&written) {
+            done.open.extend(source.index(dir, name, ending, content, written)?.map(|file| out.join(file)));
         }
         Ok(())
     })?;
     Ok(done)
 }
 
-/// Frames of one kind that were written.
-#[derive(Default)]
-struct Layers {
-    frames: Vec<u32>,
-}
-
-impl Layers {
-    fn path(
-        &mut self,
-        dir: &Path,
-        name: &str,
-        ending: &str,
-        frame: Option<u32>,
-    ) -> Result<PathBuf, SuiteError> {
-        let whole = dir.join(format!("{name}.{ending}"));
-        let Some(frame) = frame else { return Ok(whole) };
-        self.frames.push(frame);
-        let sub = dir.join(name);
-        std::fs::create_dir_all(&sub).map_err(|e| SuiteError::file(&sub, e))?;
-        if ending == "usda" {
-            return Ok(usd::frame_path(&whole, frame));
-        }
-        Ok(sub.join(format!("{name}.{}.{ending}", frame_name(frame))))
+/// The file of one frame, or of a single answer; its folder is made.
+fn place(dir: &Path, name: &str, ending: &str, frame: Option<u32>) -> Result<PathBuf, SuiteError> {
+    let whole = dir.join(format!("{name}.{ending}"));
+    let Some(frame) = frame else { return Ok(whole) };
+    let sub = dir.join(name);
+    std::fs::create_dir_all(&sub).map_err(|e| SuiteError::file(&sub, e))?;
+    if ending == "usda" {
+        return Ok(usd::frame_path(&whole, frame));
     }
+    Ok(sub.join(format!("{name}.{}.{ending}", frame_name(frame))))
 }
 
 /// Where answers or truths are read from.
@@ -154,7 +146,7 @@ enum Source {
     Estimate(PathBuf),
     /// One truth folder.
     Truth(PathBuf),
-    /// Answers of a sequence: a folder a frame, and frames a second.
+    /// Answers of a sequence: a folder a frame, and frames a second, [`UNKNOWN_RATE_HZ`] without the renders.
     Answers(PathBuf, Vec<Option<u32>>, f64),
     /// The truth of a sequence.
     Truths(Box<Sequence>, Vec<Option<u32>>),
@@ -200,7 +192,7 @@ impl Source {
         let render = answers.parent().and_then(Path::parent).map(|p| p.join("render"));
         let rate = render
             .filter(|r| Sequence::is(r))
-            .map_or(Ok(24.0), |r| Sequence::open(&r).map(|s| s.file.frame_rate_hz))?;
+            .map_or(Ok(UNKNOWN_RATE_HZ), |r| Sequence::open(&r).map(|s| s.file.frame_rate_hz))?;
         Ok(Source::Answers(answers, some(&frames), rate))
     }
 
@@ -223,32 +215,28 @@ impl Source {
         frame.map(|frame| At { frame, rate_hz: self.rate_hz() })
     }
 
-    fn answer(&self, frame: Option<u32>) -> PathBuf {
+    /// The estimate folder of a frame; nothing where the truth is read.
+    fn answer(&self, frame: Option<u32>) -> Option<PathBuf> {
         match (self, frame) {
-            (Source::Answers(dir, ..), Some(index)) => dir.join(frame_name(index)).join(ESTIMATE),
-            (Source::Estimate(dir) | Source::Truth(dir) | Source::Answers(dir, ..), _) => dir.clone(),
-            (Source::Truths(..), _) => PathBuf::new(),
+            (Source::Answers(dir, ..), Some(index)) => Some(dir.join(frame_name(index)).join(ESTIMATE)),
+            (Source::Estimate(dir), _) => Some(dir.clone()),
+            _ => None,
         }
     }
 
     /// Whether every frame that has strands names them, as an index of a sequence must know beforehand.
-    fn all_named(&self) -> Result<bool, SuiteError> {
-        Ok(match self {
-            Source::Truth(_) | Source::Truths(..) => false,
-            Source::Estimate(_) | Source::Answers(..) => self.frames().iter().all(|&f| {
-                let dir = self.answer(f);
-                !dir.join("strands.hair").exists() || dir.join("strand_ids.bin").exists()
-            }),
+    fn all_named(&self) -> bool {
+        self.frames().iter().all(|&frame| {
+            self.answer(frame).is_some_and(|dir| !dir.join(STRANDS).exists() || dir.join(STRAND_IDS).exists())
         })
     }
 
     fn read(&self, frame: Option<u32>) -> Result<Found, SuiteError> {
         match self {
             Source::Estimate(_) | Source::Answers(..) => {
-                let dir = self.answer(frame);
-                if frame.is_some() && !dir.is_dir() {
+                let Some(dir) = self.answer(frame).filter(|dir| frame.is_none() || dir.is_dir()) else {
                     return Ok(Found::default());
-                }
+                };
                 let e = strandbench_io::read_estimate(&dir)?;
                 Ok(Found { strands: e.strands, ids: e.strand_ids, mesh: e.envelope })
             }
@@ -271,17 +259,17 @@ impl Source {
         name: &str,
         ending: &str,
         content: Content,
-        layers: &Layers,
+        written: &[u32],
     ) -> Result<Option<String>, SuiteError> {
         let file = format!("{name}.{ending}");
-        let (Some(&first), Some(&last)) = (layers.frames.first(), layers.frames.last()) else {
+        let (Some(&first), Some(&last)) = (written.first(), written.last()) else {
             return Ok(dir.join(&file).exists().then_some(file));
         };
         if ending != "usda" {
             return Ok(Some(name.to_owned()));
         }
         let index = dir.join(&file);
-        for frame in (first..=last).filter(|f| !layers.frames.contains(f)) {
+        for frame in (first..=last).filter(|f| !written.contains(f)) {
             // Frames without an answer show nothing.
             let (path, at) = (usd::frame_path(&index, frame), self.at(Some(frame)));
             match content {

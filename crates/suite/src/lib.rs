@@ -56,6 +56,23 @@ pub use strandbench_score::Score;
 use deadline::Deadline;
 use std::path::Path;
 
+/// The first stage of a cell, of one frame or of all frames asked for.
+///
+/// # Errors
+/// As [`render`] and [`sequence::render_sequence`]; if frames are asked for of a scene with one pose.
+pub fn render_cell(cell: &Cell, out: &Path, progress: &dyn Progress) -> Result<Done, SuiteError> {
+    let (scene, settings, seed) = (&cell.scene, &cell.settings, cell.seed);
+    if scene.moves() {
+        let frames = cell.frames.unwrap_or_default();
+        return Ok(sequence::render_sequence(scene, settings, seed, frames, out, progress)?.whole());
+    }
+    if cell.frames.is_some() {
+        let problem = "has one pose: --frames is for moving scenes".to_owned();
+        return Err(SuiteError::Scene { scene: scene.name.clone(), problem });
+    }
+    render(scene, settings, seed, out, progress)
+}
+
 /// The main job, one frame from scene to score. The scene gives geometry and truth; the renderer makes a frame
 /// for the cameras; the method turns the frame, and nothing else, into an estimate; the scorer holds the
 /// estimate against the truth; the report shows it. What comes back is a row with every figure, or a row that
@@ -67,15 +84,10 @@ pub fn run_cell(cell: &Cell, out: &Path, progress: &dyn Progress) -> Result<Row,
     let progress = &Deadline::new(progress, cell.time_limit_s);
     let places = cell.places(out);
     let stages = || -> Result<Vec<Done>, (&'static str, SuiteError)> {
+        let rendered = render_cell(cell, &places.render, progress).map_err(|e| ("render", e))?;
         if cell.scene.moves() {
-            return sequence::run_stages(cell, &places, progress);
+            return sequence::after_render(cell, &places, rendered, progress);
         }
-        if cell.frames.is_some() {
-            let problem = "has one pose: --frames is for moving scenes".to_owned();
-            return Err(("render", SuiteError::Scene { scene: cell.scene.name.clone(), problem }));
-        }
-        let rendered = render(&cell.scene, &cell.settings, cell.seed, &places.render, progress)
-            .map_err(|e| ("render", e))?;
 
         let frame = places.render.join(FRAME);
         let reconstructed = reconstruct(&frame, &cell.method.variant, &places.reconstruct, progress)

@@ -1,6 +1,7 @@
 //! Where and with what a result was made, and what it cost.
 
 use serde::{Deserialize, Serialize};
+use std::iter::Sum;
 use std::time::Instant;
 
 /// The program and the machine behind a result.
@@ -62,6 +63,26 @@ pub struct Cost {
     pub cpu_s: Option<f64>,
     /// Peak resident memory in MiB while it ran (of the whole process where the system cannot reset its peak).
     pub peak_mib: Option<f64>,
+}
+
+impl Cost {
+    /// An equal part of it, in time; the peak of memory is every part's.
+    pub(crate) fn part(self, of: usize) -> Cost {
+        let n = of.max(1) as f64;
+        Cost { wall_s: self.wall_s / n, cpu_s: self.cpu_s.map(|s| s / n), ..self }
+    }
+}
+
+impl Sum for Cost {
+    /// One after the other: times add up, as far as all are known, and the largest peak of memory counts.
+    fn sum<I: Iterator<Item = Cost>>(costs: I) -> Cost {
+        let none = Cost { wall_s: 0.0, cpu_s: Some(0.0), peak_mib: None };
+        costs.fold(none, |a, b| Cost {
+            wall_s: a.wall_s + b.wall_s,
+            cpu_s: a.cpu_s.zip(b.cpu_s).map(|(a, b)| a + b),
+            peak_mib: a.peak_mib.into_iter().chain(b.peak_mib).reduce(f64::max),
+        })
+    }
 }
 
 /// Measures the cost of what happens until [`Meter::stop`].

@@ -8,7 +8,7 @@ use std::path::Path;
 use strandbench_score::{
     ConfidenceBin, ErrorCurve, Score, ScoreError, ScoreSheet, StrandGrid, StrandSheet, WorstRegion,
 };
-use strandbench_types::{Estimate, Truth};
+use strandbench_types::{Estimate, Plane, Truth};
 
 /// File with every figure.
 pub const SCORES: &str = "scores.json";
@@ -157,6 +157,15 @@ pub(crate) fn write_curves(dir: &Path, raw: &[(&str, &str, &[f32])]) -> Result<V
         curves.push(Curve { metric, subject, file, wanted: errors.len() });
     }
     Ok(curves)
+}
+
+/// Reads the signed depth error per pixel.
+pub(crate) fn read_error_map(score_dir: &Path) -> Result<Plane<f32>, SuiteError> {
+    let path = score_dir.join(ERRORS);
+    let mut channels = strandbench_io::read_exr(&path)?;
+    let at = channels.iter().position(|(name, _)| name == ERROR_CHANNEL);
+    let at = at.ok_or_else(|| SuiteError::file(&path, format!("has no channel {ERROR_CHANNEL}")))?;
+    Ok(channels.swap_remove(at).1)
 }
 
 /// Reads one subject's raw errors.

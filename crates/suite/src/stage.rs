@@ -19,6 +19,11 @@ pub trait Progress: Monitor {
     fn stage_done(&self, done: &Done);
 }
 
+impl Progress for strandbench_types::StopOnly<'_> {
+    fn stage_begins(&self, _: &str, _: &Path, _: &str) {}
+    fn stage_done(&self, _: &Done) {}
+}
+
 impl Progress for strandbench_types::Silent {
     fn stage_begins(&self, _: &str, _: &Path, _: &str) {}
     fn stage_done(&self, _: &Done) {}
@@ -91,15 +96,35 @@ pub fn run(
     work: impl FnOnce(&Path) -> Result<(), SuiteError>,
 ) -> Result<Done, SuiteError> {
     progress.check()?;
-    let key = hash::of_map(&inputs);
-    let reason = match still_good(folder, stage, &key, &inputs) {
-        Ok(record) => {
-            let done = Done { folder: folder.to_owned(), record, reused: true, reason: String::new() };
+    match current(stage, folder, &inputs) {
+        Ok(done) => {
             progress.stage_done(&done);
-            return Ok(done);
+            Ok(done)
         }
-        Err(reason) => reason,
-    };
+        Err(reason) => write(stage, folder, inputs, None, reason, progress, work),
+    }
+}
+
+/// The folder as it stands, if [`run`] would keep it; else why not, in words.
+pub(crate) fn current(stage: &str, folder: &Path, inputs: &BTreeMap<String, String>) -> Result<Done, String> {
+    let record = still_good(folder, stage, &hash::of_map(inputs), inputs)?;
+    Ok(Done { folder: folder.to_owned(), record, reused: true, reason: String::new() })
+}
+
+/// What [`run`] does with a folder that is not kept, for `reason`. `before` is what the work has cost already.
+///
+/// # Errors
+/// As [`run`].
+pub(crate) fn write(
+    stage: &str,
+    folder: &Path,
+    inputs: BTreeMap<String, String>,
+    before: Option<Cost>,
+    reason: String,
+    progress: &dyn Progress,
+    work: impl FnOnce(&Path) -> Result<(), SuiteError>,
+) -> Result<Done, SuiteError> {
+    let key = hash::of_map(&inputs);
     if !ours(folder) {
         let problem = format!(
             "exists, is not empty and holds no {RECORD_FILE}: not a folder of this program, so it is left \
@@ -124,7 +149,7 @@ pub fn run(
         key,
         inputs,
         files: hash::files(&fresh)?,
-        cost: meter.stop(),
+        cost: before.into_iter().chain([meter.stop()]).sum(),
         provenance: Provenance::here(),
     };
     write_json(&fresh.join(RECORD_FILE), &record)?;
@@ -133,11 +158,6 @@ pub fn run(
     let done = Done { folder: folder.to_owned(), record, reused: false, reason };
     progress.stage_done(&done);
     Ok(done)
-}
-
-/// Whether [`run`] would keep `folder` as it is.
-pub(crate) fn is_current(stage: &str, folder: &Path, inputs: &BTreeMap<String, String>) -> bool {
-    still_good(folder, stage, &hash::of_map(inputs), inputs).is_ok()
 }
 
 const TEMP_PREFIX: &str = ".strandbench-tmp-";

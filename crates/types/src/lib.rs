@@ -18,6 +18,6 @@ pub use estimate::{DepthMap, Estimate, OrientationField};
 pub use frame::Frame;
 pub use image::Plane;
 pub use mesh::TriMesh;
-pub use monitor::{Cancelled, Monitor, Silent};
+pub use monitor::{Cancelled, Monitor, Silent, StopOnly};
 pub use strands::{StrandError, StrandSet};
 pub use truth::{SampleHit, SampleHits, Truth, VISIBILITY_STEP_MM, ViewTruth, Visibility};

@@ -24,6 +24,17 @@ pub trait Monitor: Sync {
     }
 }
 
+/// Passes on whether to stop and nothing else: for steps of a larger work that counts them itself.
+pub struct StopOnly<'a>(pub &'a dyn Monitor);
+
+impl Monitor for StopOnly<'_> {
+    fn begin(&self, _what: &str, _total: u64) {}
+    fn advance(&self, _steps: u64) {}
+    fn cancelled(&self) -> bool {
+        self.0.cancelled()
+    }
+}
+
 /// Ignores progress and never stops.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Silent;

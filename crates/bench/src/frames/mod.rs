@@ -62,12 +62,10 @@ pub(crate) fn frames(
 ) -> Result<(), BenchError> {
     let idle_bytes = memory::resident_bytes();
     let scene = hair::scene(hair::wavy(options.strands, options.segments, 1), SIZE);
-    let (clock, cpu) = (Instant::now(), memory::cpu_s());
-    let own = RenderScene::new(&scene)?;
-    let wall_s = clock.elapsed().as_secs_f64();
-    let build_cpu_s = memory::cpu_s().zip(cpu).map_or(wall_s, |(now, before)| now - before);
-    let painter = Box::new(Own { scene: own, monitor });
-    let mut rivals = vec![Rival { name: "strandbench".into(), build_cpu_s, idle_bytes, painter }];
+    let (built, own) = memory::spent(|| RenderScene::new(&scene));
+    let painter = Box::new(Own { scene: own?, monitor });
+    let name = "strandbench".to_owned();
+    let mut rivals = vec![Rival { name, build_cpu_s: built.cpu_s, idle_bytes, painter }];
     for (variant, curve) in RIVALS {
         monitor.check()?;
         curves::write(&scene.strands, curve, folder)?;

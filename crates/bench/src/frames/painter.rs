@@ -5,9 +5,8 @@ use crate::error::BenchError;
 use crate::memory;
 use crate::python::{Python, Spent};
 use serde_json::json;
-use std::time::Instant;
 use strandbench_renderer::{RenderScene, Settings};
-use strandbench_types::{Monitor, Plane};
+use strandbench_types::{Monitor, StopOnly};
 
 /// Something that renders.
 pub(super) trait Painter {
@@ -21,17 +20,6 @@ pub(super) struct Own<'a> {
     pub monitor: &'a dyn Monitor,
 }
 
-/// Hands on whether to stop; the images' own progress is not shown.
-struct Stop<'a>(&'a dyn Monitor);
-
-impl Monitor for Stop<'_> {
-    fn begin(&self, _: &str, _: u64) {}
-    fn advance(&self, _: u64) {}
-    fn cancelled(&self) -> bool {
-        self.0.cancelled()
-    }
-}
-
 impl Painter for Own<'_> {
     fn paint(&mut self, job: Job, seed: u64) -> Result<(Spent, Vec<f32>), BenchError> {
         let settings = Settings {
@@ -42,11 +30,9 @@ impl Painter for Own<'_> {
             clamp: 0.0,
             ..Settings::default()
         };
-        let (clock, cpu) = (Instant::now(), memory::cpu_s());
-        let image: Plane<[f32; 3]> = self.scene.render(0, &settings, seed, &Stop(self.monitor))?.radiance_rgb;
-        let wall_s = clock.elapsed().as_secs_f64();
-        let cpu_s = memory::cpu_s().zip(cpu).map_or(wall_s, |(now, before)| now - before);
-        Ok((Spent { wall_s, cpu_s }, image.data.into_iter().flatten().collect()))
+        let (spent, render) =
+            memory::spent(|| self.scene.render(0, &settings, seed, &StopOnly(self.monitor)));
+        Ok((spent, render?.radiance_rgb.data.into_iter().flatten().collect()))
     }
 
     fn peak_bytes(&self) -> Option<u64> {

@@ -19,16 +19,7 @@ pub(super) fn render(args: &RenderArgs, show: &Show, json: bool) -> Result<bool>
     let _lock = Lock::take(&args.scene.out)?;
     let mut done = Vec::new();
     for cell in &cells {
-        let (scene, settings, seed) = (&cell.scene, &cell.settings, cell.seed);
-        let folder = cell.places(&args.scene.out).render;
-        if scene.moves() {
-            let frames = cell.frames.unwrap_or_default();
-            done.push(sequence::render_sequence(scene, settings, seed, frames, &folder, show)?.whole());
-        } else if cell.frames.is_some() {
-            bail!("scene {} has one pose: --frames is for moving scenes", scene.name);
-        } else {
-            done.push(strandbench_suite::render(scene, settings, seed, &folder, show)?);
-        }
+        done.push(strandbench_suite::render_cell(cell, &cell.places(&args.scene.out).render, show)?);
     }
     tell(&done, show, json)
 }

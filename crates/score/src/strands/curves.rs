@@ -5,6 +5,7 @@ use super::tree::{Limit, Tree};
 use crate::ScoreError;
 use crate::check::fault;
 use glam::{DVec3, Vec3};
+use std::sync::OnceLock;
 use strandbench_types::StrandSet;
 
 /// Segments shorter than this have no direction; they are left out and counted, mm (METRICS ground rule 3).
@@ -54,8 +55,8 @@ pub(crate) struct Curves {
     segments: Vec<Segment>,
     /// Extent of each part; empty if every segment is whole.
     cuts: Vec<[f64; 2]>,
-    /// Lines of each node of the tree.
-    cones: Vec<Cone>,
+    /// Lines of each node of the tree, once they are asked for.
+    cones: OnceLock<Vec<Cone>>,
     /// Segments without a direction, left out.
     pub dropped: u64,
 }
@@ -112,8 +113,7 @@ impl Curves {
     }
 
     fn new(tree: Tree, segments: Vec<Segment>, cuts: Vec<[f64; 2]>, dropped: u64) -> Curves {
-        let cones = cones(&tree, |rank| segments[rank].b - segments[rank].a);
-        Curves { tree, segments, cuts, cones, dropped }
+        Curves { tree, segments, cuts, cones: OnceLock::new(), dropped }
     }
 
     pub fn is_empty(&self) -> bool {
@@ -202,7 +202,9 @@ impl Curves {
     /// where there is none. With `vertices`, distances are to each segment's first point alone. Exact up to the
     /// smallest angle of the grid; beyond it "near enough" ends the search.
     pub fn staircase(&self, p: DVec3, t: DVec3, vertices: bool) -> [f64; 7] {
-        let steps = Staircase { best: [-1.0; 7], line: t.as_vec3(), cones: &self.cones };
+        let line = |rank: usize| self.segments[rank].b - self.segments[rank].a;
+        let cones = self.cones.get_or_init(|| cones(&self.tree, line));
+        let steps = Staircase { best: [-1.0; 7], line: t.as_vec3(), cones };
         let mut out = [-1.0; 7];
         self.tree.walk_while(
             p,

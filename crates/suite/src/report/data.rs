@@ -2,7 +2,7 @@
 
 use crate::reconstruct::{DIAGNOSTICS, ESTIMATE};
 use crate::render::{FRAME, RenderFile, TRUTH, read_render_file};
-use crate::score::{Curve, ERROR_CHANNEL, ERRORS, SCORES, ScoreFile, read_curve};
+use crate::score::{Curve, SCORES, ScoreFile, read_curve, read_error_map};
 use crate::stage::{Record, read_json, read_record};
 use crate::{Places, SuiteError};
 use strandbench_recon::Diagnostics;
@@ -33,13 +33,7 @@ impl Data {
         let reference = &rig.cameras[0].name;
         let path = places.render.join(format!("radiance/{reference}.exr"));
         let colour = read_colour(&path)?;
-        let path = places.score.join(ERRORS);
-        let mut channels = strandbench_io::read_exr(&path)?;
-        let error_mm = channels
-            .iter()
-            .position(|(name, _)| name == ERROR_CHANNEL)
-            .map(|i| channels.swap_remove(i).1)
-            .ok_or_else(|| SuiteError::file(&path, format!("has no channel {ERROR_CHANNEL}")))?;
+        let error_mm = read_error_map(&places.score)?;
         let scores: ScoreFile = read_json(&places.score.join(SCORES))?;
         let mut curves = Vec::new();
         for curve in &scores.curves {

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::OnceLock;
-use strandbench_scenes::{MotionCache, MotionFrame};
+use strandbench_scenes::{MotionCache, MotionFrame, Scene};
 use strandbench_types::Truth;
 
 /// The file that makes a folder one of a sequence.
@@ -152,7 +152,7 @@ impl Sequence {
     /// # Errors
     /// If the motion cannot be read, or belongs to another scene, seed or version of the program.
     pub fn scene(&self, index: u32) -> Result<MotionFrame, SuiteError> {
-        let mut frame = self.motion()?.frame(index)?;
+        let mut frame = self.pose(index)?;
         let metered: Option<Metered> =
             read_json(&self.folder.join(EXPOSURE).join(super::render::EXPOSURE_FILE))?;
         if let Some(metered) = metered {
@@ -166,10 +166,19 @@ impl Sequence {
     /// # Errors
     /// If the motion or the frame's truth cannot be read.
     pub fn truth(&self, index: u32) -> Result<Truth, SuiteError> {
-        let scene = self.motion()?.frame(index)?.scene;
-        let head = scene.surfaces.into_iter().next().map(|s| s.mesh);
+        self.truth_of(index, &mut self.pose(index)?.scene)
+    }
+
+    /// The truth of a frame whose scene is at hand; the strands are moved out of it.
+    pub(crate) fn truth_of(&self, index: u32, scene: &mut Scene) -> Result<Truth, SuiteError> {
+        let head = scene.surfaces.first().map(|s| s.mesh.clone());
         let dir = self.frame_dir(index).join(TRUTH);
-        Ok(strandbench_io::read_truth_frame(&dir, scene.strands, head)?)
+        Ok(strandbench_io::read_truth_frame(&dir, std::mem::take(&mut scene.strands), head)?)
+    }
+
+    /// The scene of a frame as the motion has it: nothing is known of its exposure.
+    pub(crate) fn pose(&self, index: u32) -> Result<MotionFrame, SuiteError> {
+        Ok(self.motion()?.frame(index)?)
     }
 
     fn motion(&self) -> Result<&MotionCache, SuiteError> {

@@ -13,7 +13,6 @@
 //! A `<frame>` is its index in six digits.
 
 mod file;
-mod quiet;
 mod reconstruct;
 mod render;
 mod score;
@@ -25,29 +24,26 @@ pub use render::render_sequence;
 pub use score::score_sequence;
 pub use whole::{ALL_FRAMES, FRAME_FIGURES, FrameRow, SequenceFigures};
 
-use crate::machine::Cost;
 use crate::stage::{Done, Progress};
 use crate::{Cell, Places, SuiteError, report};
 use std::collections::BTreeMap;
 
-/// The main job on a moving scene: every stage for all frames before the next.
-pub(crate) fn run_stages(
+/// The stages of a moving scene after the render, each for all frames before the next.
+pub(crate) fn after_render(
     cell: &Cell,
     places: &Places,
+    rendered: Done,
     progress: &dyn Progress,
 ) -> Result<Vec<Done>, (&'static str, SuiteError)> {
-    let (scene, seed) = (&cell.scene, cell.seed);
-    let frames = cell.frames.unwrap_or_default();
-    let rendered = render_sequence(scene, &cell.settings, seed, frames, &places.render, progress)
-        .map_err(|e| ("render", e))?;
     let reconstructed =
         reconstruct_sequence(&places.render, &cell.method.variant, &places.reconstruct, progress)
             .map_err(|e| ("reconstruct", e))?;
-    let scored = score_sequence(&places.render, &places.reconstruct, seed, None, &places.score, progress)
-        .map_err(|e| ("score", e))?;
+    let scored =
+        score_sequence(&places.render, &places.reconstruct, cell.seed, None, &places.score, progress)
+            .map_err(|e| ("score", e))?;
     let reported =
         report::sequence::report(places, &cell.method.label, progress).map_err(|e| ("report", e))?;
-    Ok(vec![rendered.whole(), reconstructed.whole(), scored.whole(), reported])
+    Ok(vec![rendered, reconstructed.whole(), scored.whole(), reported])
 }
 
 /// The frames of one stage.
@@ -65,15 +61,10 @@ impl Stages {
     /// If there is no frame.
     pub fn whole(&self) -> Done {
         let last = self.done.last().expect("a sequence has frames");
-        let costs = || self.done.iter().map(|d| d.record.cost);
         let mut whole = last.clone();
         whole.folder = last.folder.parent().unwrap_or(&last.folder).to_owned();
         whole.reused = self.done.iter().all(|d| d.reused);
-        whole.record.cost = Cost {
-            wall_s: costs().map(|c| c.wall_s).sum(),
-            cpu_s: costs().map(|c| c.cpu_s).sum(),
-            peak_mib: costs().filter_map(|c| c.peak_mib).reduce(f64::max),
-        };
+        whole.record.cost = self.done.iter().map(|d| d.record.cost).sum();
         whole
     }
 

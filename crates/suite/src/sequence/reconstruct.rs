@@ -2,16 +2,16 @@
 
 use super::Stages;
 use super::file::{Sequence, frame_name};
-use super::quiet::Quiet;
 use crate::reconstruct::{DIAGNOSTICS, ESTIMATE, flat};
 use crate::render::FRAME;
-use crate::stage::{self, Progress, write_json};
-use crate::{SuiteError, hash};
+use crate::stage::{self, Done, Progress, write_json};
+use crate::{Cost, Meter, SuiteError, hash};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 use strandbench_io::atomic_write;
 use strandbench_recon::{Checkpoint, ReconError, SequenceFrame, SequenceReconstructor, Variant};
+use strandbench_types::StopOnly;
 
 /// File of a frame without an answer.
 pub const ABSENT: &str = "absent.json";
@@ -55,13 +55,14 @@ pub fn reconstruct_sequence(
         hashes.push(hash::of_folder(&dir)?);
     }
     let (rig, _) = strandbench_io::read_frame_of_sequence(&sequence.frame_dir(frames[0]).join(FRAME))?;
+    let no_answer = |frame: u32, problem: String| SuiteError::Reconstruct {
+        folder: sequence.frame_dir(frame).join(FRAME),
+        variant: variant.name.to_owned(),
+        problem,
+    };
     let refused = |frame: u32, e: ReconError| match e {
         ReconError::Cancelled(_) => SuiteError::Cancelled,
-        other => SuiteError::Reconstruct {
-            folder: sequence.frame_dir(frame).join(FRAME),
-            variant: variant.name.to_owned(),
-            problem: other.to_string(),
-        },
+        other => no_answer(frame, other.to_string()),
     };
     let mut method = SequenceReconstructor::new(&rig, variant).map_err(|e| refused(frames[0], e))?;
     let latency = method.latency();
@@ -76,10 +77,11 @@ pub fn reconstruct_sequence(
         inputs
     };
     let folder = |k: usize| out.join(frame_name(frames[k]));
-    let missing: Vec<usize> =
-        (0..frames.len()).filter(|&k| !stage::is_current("reconstruct", &folder(k), &inputs(k))).collect();
+    let mut done: Vec<Result<Done, String>> =
+        (0..frames.len()).map(|k| stage::current("reconstruct", &folder(k), &inputs(k))).collect();
+    let missing: Vec<usize> = (0..frames.len()).filter(|&k| done[k].is_err()).collect();
 
-    let quiet = Quiet(progress);
+    let quiet = StopOnly(progress);
     if let (Some(&first), Some(&last)) = (missing.first(), missing.last()) {
         progress.stage_begins("reconstruct", out, &format!("{} of {} frames", missing.len(), frames.len()));
         let mut begin = if tracks { 0 } else { first.saturating_sub(1) };
@@ -94,46 +96,67 @@ pub fn reconstruct_sequence(
         }
         let end = (last + latency + 1).min(frames.len());
         progress.begin("frames reconstructed", (end - begin) as u64);
-        let keep = |answers: Vec<SequenceFrame>, checkpoint: Option<Checkpoint>| -> Result<(), SuiteError> {
+        let place = |index: u32| frames.binary_search(&index).expect("a frame that was pushed");
+        // What was spent since the last answers came is what the next ones cost.
+        let mut spent = Vec::new();
+        let mut keep = |answers: Vec<SequenceFrame>, spent: Cost| -> Result<(), SuiteError> {
+            let each = spent.part(answers.len());
             for a in answers {
-                let k = frames.binary_search(&a.frame_index).expect("a frame that was pushed");
+                let k = place(a.frame_index);
                 // What lies at the ends of a part of the sequence lacks a neighbour that it has in the whole.
-                if missing.contains(&k) {
-                    stage::run("reconstruct", &folder(k), inputs(k), &quiet, |dir| write(dir, a))?;
+                if let Err(reason) = &done[k] {
+                    let (inputs, reason) = (inputs(k), reason.clone());
+                    let work = |dir: &Path| write(dir, a);
+                    let made =
+                        stage::write("reconstruct", &folder(k), inputs, Some(each), reason, &quiet, work)?;
+                    done[k] = Ok(made);
                 }
             }
-            let Some(c) = checkpoint.filter(|_| tracks) else { return Ok(()) };
-            let k = frames.binary_search(&c.frame).expect("a frame that was pushed");
-            Ok(atomic_write(&tracked, |w| {
-                w.write_all(hash::of_map(&inputs(k)).as_bytes())?;
-                w.write_all(&c.to_bytes())
-            })?)
+            Ok(())
         };
-        for (k, &index) in frames.iter().enumerate().take(end).skip(begin) {
+        for &index in &frames[begin..end] {
+            let meter = Meter::start();
             let dir = sequence.frame_dir(index).join(FRAME);
             let (own_rig, mut frame) = strandbench_io::read_frame_of_sequence(&dir)?;
             if own_rig != rig {
                 let problem = format!("its rig is not that of frame {}; a sequence has one rig", frames[0]);
                 return Err(SuiteError::file(&dir, problem));
             }
-            frame.index = frames[k];
+            frame.index = index;
             let answers = method.push(&frame, &quiet).map_err(|e| refused(index, e))?;
-            let checkpoint = if answers.is_empty() { None } else { method.checkpoint() };
-            keep(answers, checkpoint)?;
+            spent.push(meter.stop());
+            if !answers.is_empty() {
+                keep(answers, spent.drain(..).sum())?;
+                if let Some(c) = method.checkpoint() {
+                    write_checkpoint(&tracked, &inputs(place(c.frame)), &c)?;
+                }
+            }
             progress.advance(1);
         }
-        keep(method.finish(&quiet).map_err(|e| refused(frames[end - 1], e))?, None)?;
+        let meter = Meter::start();
+        let answers = method.finish(&quiet).map_err(|e| refused(frames[end - 1], e))?;
+        spent.push(meter.stop());
+        keep(answers, spent.into_iter().sum())?;
     }
-    let mut stages = Stages::default();
-    for k in 0..frames.len() {
-        let mut done = stage::run("reconstruct", &folder(k), inputs(k), &quiet, |dir| {
-            Err(SuiteError::file(dir, "the method gave no answer, not even that there is none"))
-        })?;
-        done.reused = !missing.contains(&k);
-        stages.done.push(done);
-    }
+    let all = done.into_iter().zip(frames).map(|(done, &index)| {
+        done.map_err(|_| {
+            no_answer(index, "the method says nothing of this frame, not even that there is no answer".into())
+        })
+    });
+    let stages = Stages { done: all.collect::<Result<_, _>>()? };
     progress.stage_done(&stages.whole());
     Ok(stages)
+}
+
+fn write_checkpoint(
+    path: &Path,
+    inputs: &BTreeMap<String, String>,
+    checkpoint: &Checkpoint,
+) -> Result<(), SuiteError> {
+    Ok(atomic_write(path, |w| {
+        w.write_all(hash::of_map(inputs).as_bytes())?;
+        w.write_all(&checkpoint.to_bytes())
+    })?)
 }
 
 /// The checkpoint in a file and the place of its frame in the sequence, if it is of this variant and these frames.

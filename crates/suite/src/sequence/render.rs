@@ -2,7 +2,6 @@
 
 use super::Stages;
 use super::file::{FORMAT, Frames, SEQUENCE_FILE, Sequence, SequenceFile, VERSION, frame_name};
-use super::quiet::Quiet;
 use crate::exposure::{self, Metered};
 use crate::reconstruct::flat;
 use crate::render::{Shot, render_shot};
@@ -14,6 +13,7 @@ use strandbench_io::atomic_write;
 use strandbench_renderer::Settings;
 use strandbench_rng::Rng;
 use strandbench_scenes::{MotionCache, Simulation};
+use strandbench_types::StopOnly;
 
 /// Folder of the motion.
 pub(super) const MOTION: &str = "motion";
@@ -53,16 +53,6 @@ pub fn render_sequence(
         let simulation = Simulation::new(job.spec(), seed, job.base(), progress)?;
         Ok(MotionCache::write(&dir.join(MOTION_FILE), simulation, progress)?)
     })?;
-    inputs.extend(flat("render", settings));
-    let mut stages = Stages { done: vec![moved] };
-
-    stages.done.push(stage::run("exposure", &out.join(EXPOSURE), inputs.clone(), progress, |dir| {
-        let mut scene = job.build(seed)?;
-        let metered = exposure::meter(job, &mut scene, settings, seed, progress)?;
-        write_json(&dir.join(EXPOSURE_FILE), &metered)
-    })?);
-    let metered: Option<Metered> = read_json(&out.join(EXPOSURE).join(EXPOSURE_FILE))?;
-
     let file = SequenceFile {
         format: FORMAT.into(),
         version: VERSION,
@@ -84,7 +74,17 @@ pub fn render_sequence(
     atomic_write(&out.join(SEQUENCE_FILE), |w| w.write_all(text.as_bytes()))?;
     let sequence = Sequence::open(out)?;
 
-    let quiet = Quiet(progress);
+    inputs.extend(flat("render", settings));
+    let mut stages = Stages { done: vec![moved] };
+
+    stages.done.push(stage::run("exposure", &out.join(EXPOSURE), inputs.clone(), progress, |dir| {
+        let mut scene = sequence.pose(0)?.scene;
+        let metered = exposure::meter(job, &mut scene, settings, seed, progress)?;
+        write_json(&dir.join(EXPOSURE_FILE), &metered)
+    })?);
+    let metered: Option<Metered> = read_json(&out.join(EXPOSURE).join(EXPOSURE_FILE))?;
+
+    let quiet = StopOnly(progress);
     progress.begin("frames rendered", indices.len() as u64);
     for &index in &indices {
         let inputs: BTreeMap<String, String> =

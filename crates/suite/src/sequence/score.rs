@@ -2,7 +2,6 @@
 
 use super::Stages;
 use super::file::{Sequence, frame_name};
-use super::quiet::Quiet;
 use super::reconstruct::ABSENT;
 use super::render::MOTION;
 use super::whole::Whole;
@@ -13,7 +12,7 @@ use crate::stage::{self, Progress, read_json, write_json};
 use crate::{SuiteError, hash};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use strandbench_types::Estimate;
+use strandbench_types::{Estimate, StopOnly};
 
 /// Scores every frame below `reconstruct` against its truth in `render` (A, B), and the sequence (C), into folders below
 /// `out`. Quantiles and shares of A1, A5 and B7 are taken over the raw errors of all frames; any other figure of the
@@ -34,7 +33,7 @@ pub fn score_sequence(
 ) -> Result<Stages, SuiteError> {
     let sequence = Sequence::open(render)?;
     let frames = &sequence.file.frames;
-    let quiet = Quiet(progress);
+    let quiet = StopOnly(progress);
     let motion = hash::of_folder(&render.join(MOTION))?;
     let mut stages = Stages::default();
     progress.begin("frames scored", frames.len() as u64);

@@ -2,7 +2,6 @@
 
 use super::Stages;
 use super::file::{Sequence, frame_name};
-use super::quiet::Quiet;
 use super::reconstruct::ABSENT;
 use crate::SuiteError;
 use crate::score::{Curve, SCORES, ScoreFile, read_curve, scores_csv, write_curves};
@@ -11,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use strandbench_score::{FrameFigures, Score, ScoreError, SequenceScorer};
+use strandbench_types::StopOnly;
 
 /// Folder of the figures of all frames together.
 pub const ALL_FRAMES: &str = "all";
@@ -60,7 +60,7 @@ impl Whole<'_> {
             ("code".to_owned(), env!("STRANDBENCH_CODE_SCORE").to_owned()),
         ]);
         stage::run("score", &out.join(ALL_FRAMES), inputs, progress, |dir| {
-            let quiet = Quiet(progress);
+            let quiet = StopOnly(progress);
             progress.begin("motion scored", frames.len() as u64);
             let refused = |index: u32, e: ScoreError| match e {
                 ScoreError::Cancelled(_) => SuiteError::Cancelled,

@@ -94,11 +94,7 @@ impl Moving {
 
     /// What each stage cost, all frames together; the largest peak of memory.
     pub fn costs(&self) -> BTreeMap<String, Cost> {
-        let sum = |records: &Vec<Record>| Cost {
-            wall_s: records.iter().map(|r| r.cost.wall_s).sum(),
-            cpu_s: records.iter().map(|r| r.cost.cpu_s).sum(),
-            peak_mib: records.iter().filter_map(|r| r.cost.peak_mib).reduce(f64::max),
-        };
+        let sum = |records: &[Record]| records.iter().map(|r| r.cost).sum();
         self.records.iter().map(|(stage, records)| (stage.clone(), sum(records))).collect()
     }
 

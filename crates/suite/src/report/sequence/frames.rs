@@ -5,14 +5,14 @@ use super::draw;
 use crate::SuiteError;
 use crate::pictures::{self, sequential};
 use crate::render::FRAME;
-use crate::score::{ERROR_CHANNEL, ERRORS};
+use crate::score::{ERRORS, read_error_map};
 use crate::sequence::frame_name;
 use crate::stage::Progress;
 use std::io::Write as _;
 use std::path::Path;
 use strandbench_renderer::{RenderError, RenderScene, Settings};
 use strandbench_scenes::{Pigment, Scene};
-use strandbench_types::{Estimate, Plane, StrandSet, Truth};
+use strandbench_types::{Estimate, Plane, StopOnly, StrandSet, Truth};
 
 /// Kinds of pictures in the player's order: part of the file name, and what it shows.
 pub(super) const KINDS: [(&str, &str); 5] = [
@@ -60,7 +60,8 @@ pub(super) fn write(data: &Moving, dir: &Path, progress: &dyn Progress) -> Resul
             pictures::exposure(frame.images.iter().flat_map(|i| i.data.iter().copied()))
         });
         let estimate = data.estimate(index)?;
-        let truth = data.sequence.truth(index)?;
+        let mut scene = data.sequence.scene(index)?.scene;
+        let truth = data.sequence.truth_of(index, &mut scene)?;
         let input = pictures::monochrome(&frame.images[0], gain);
         let save = |kind: &str, picture: &Plane<[u8; 3]>| jpeg(&dir.join(name(index, kind)), picture);
         save("input", &input)?;
@@ -75,7 +76,6 @@ pub(super) fn write(data: &Moving, dir: &Path, progress: &dyn Progress) -> Resul
                 colour(errors[point])
             });
             save("strands", &over)?;
-            let scene = data.sequence.scene(index)?.scene;
             save("synthesised", &synthesised(data, scene, strands, progress)?)?;
             if index == middle {
                 let path = dir.join("strands_by_error.ply");
@@ -108,14 +108,11 @@ fn envelope(truth: &Truth, estimate: &Estimate) -> Plane<[u8; 3]> {
 }
 
 fn error(data: &Moving, index: u32, truth: &Truth) -> Result<Plane<[u8; 3]>, SuiteError> {
-    let path = data.places.score.join(frame_name(index)).join(ERRORS);
-    if !path.is_file() {
+    let folder = data.places.score.join(frame_name(index));
+    if !folder.join(ERRORS).is_file() {
         return Ok(truth.views[0].mask.map(|_| pictures::PAPER));
     }
-    let mut channels = strandbench_io::read_exr(&path)?;
-    let at = channels.iter().position(|(name, _)| name == ERROR_CHANNEL);
-    let at = at.ok_or_else(|| SuiteError::file(&path, format!("has no channel {ERROR_CHANNEL}")))?;
-    Ok(pictures::signed_error(&channels.swap_remove(at).1, ERROR_LIMIT_MM))
+    Ok(pictures::signed_error(&read_error_map(&folder)?, ERROR_LIMIT_MM))
 }
 
 /// The strands that are drawn, and the distance to the truth at each of their points. Strands that keep their identity
@@ -158,22 +155,11 @@ fn synthesised(
         ..data.render.settings.clone()
     };
     let render =
-        RenderScene::new(&scene).and_then(|s| s.render(0, &settings, data.render.seed, &Still(progress)));
+        RenderScene::new(&scene).and_then(|s| s.render(0, &settings, data.render.seed, &StopOnly(progress)));
     match render {
         Ok(render) => Ok(pictures::radiance(&render.radiance_rgb)),
         Err(RenderError::Cancelled(_)) => Err(SuiteError::Cancelled),
         Err(other) => Err(SuiteError::Render { scene: scene.name, problem: other.to_string() }),
-    }
-}
-
-/// Passes a stop on, and no progress.
-struct Still<'a>(&'a dyn Progress);
-
-impl strandbench_types::Monitor for Still<'_> {
-    fn begin(&self, _: &str, _: u64) {}
-    fn advance(&self, _: u64) {}
-    fn cancelled(&self) -> bool {
-        self.0.cancelled()
     }
 }
 

@@ -171,7 +171,7 @@ fn costs(data: &Moving) -> Markup {
                 h3 { "Stages, all frames" }
                 table {
                     tr { th { "stage" } th.n { "wall, s" } th.n { "a frame, s" } th.n { "processor, s" } th.n { "peak memory, MiB" } }
-                    @for (stage, cost) in data.costs().into_iter().filter(|(s, _)| s != "reconstruct") {
+                    @for (stage, cost) in data.costs() {
                         tr {
                             td { (stage) }
                             td.n { (format!("{:.1}", cost.wall_s)) }

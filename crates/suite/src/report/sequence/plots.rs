@@ -152,16 +152,16 @@ pub(super) fn grids(data: &Moving) -> Markup {
         Some(sum)
     };
     let tables = [
-        ("method", "precision", mean("method", |g| &g.precision)),
-        ("method", "recall", mean("method", |g| &g.recall)),
-        ("C", "ceiling’s precision", mean("C", |g| &g.precision)),
-        ("C", "ceiling’s recall", mean("C", |g| &g.recall)),
+        ("precision", mean("method", |g| &g.precision)),
+        ("recall", mean("method", |g| &g.recall)),
+        ("ceiling’s precision", mean("C", |g| &g.precision)),
+        ("ceiling’s recall", mean("C", |g| &g.recall)),
     ];
     html! {
-        @if tables[0].2.is_some() {
+        @if tables[0].1.is_some() {
             h2 { "Strands by distance and angle" }
             div.two {
-                @for (_, title, grid) in tables {
+                @for (title, grid) in tables {
                     @if let Some(grid) = grid {
                         figure {
                             table.heat {

@@ -14,7 +14,7 @@ use strandbench_types::{DepthMap, Estimate, OrientationField, Plane};
 
 const FORMAT: &str = "strandbench-estimate";
 const VERSION: u32 = 1;
-const MANIFEST: &str = "estimate.json";
+pub(crate) const MANIFEST: &str = "estimate.json";
 const DEPTH: &str = "depth.exr";
 const ORIENTATION: &str = "orientation.exr";
 const ORIENTATION_3D: &str = "orientation_3d.exr";
@@ -23,7 +23,7 @@ const ENVELOPE: &str = "envelope.ply";
 pub const STRANDS: &str = "strands.hair";
 /// Identities of the strands of an estimate folder, one a strand.
 pub const STRAND_IDS: &str = "strand_ids.bin";
-const PARTS: [&str; 6] = [DEPTH, ORIENTATION, ORIENTATION_3D, ENVELOPE, STRANDS, STRAND_IDS];
+pub(crate) const PARTS: [&str; 6] = [DEPTH, ORIENTATION, ORIENTATION_3D, ENVELOPE, STRANDS, STRAND_IDS];
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -9,6 +9,7 @@ mod bytes;
 mod error;
 mod estimate;
 mod exr;
+mod foreign;
 mod frame;
 mod hair;
 mod mesh;
@@ -36,6 +37,7 @@ pub use estimate::{
     STRAND_IDS as ESTIMATE_STRAND_IDS, STRANDS as ESTIMATE_STRANDS, read_estimate, write_estimate,
 };
 pub use exr::{MAX_SIDE_PX, parse_exr, read_exr, write_exr};
+pub use foreign::{MAX_ANSWER_LENGTH_MM, MAX_ANSWER_STRANDS, parse_npy, parse_pfm, read_any_estimate};
 pub use frame::{parse_frame_json, read_frame, read_frame_of_sequence, write_frame};
 pub use hair::{parse_hair, parse_monohair};
 pub use mesh::{parse_ply_mesh, read_mesh, write_mesh};

@@ -120,7 +120,6 @@ impl RawStrands {
     /// # Errors
     /// If an option is bad, no strand has a length, no radius is known, or the result would be too large.
     pub fn into_world(self, options: &ImportOptions) -> Parsed<(StrandSet, ImportReport)> {
-        let m = options.world_from_file()?;
         let mut report = ImportReport {
             strands_in_file: self.offsets.len() - 1,
             points_in_file: self.points.len(),
@@ -129,20 +128,26 @@ impl RawStrands {
             notes: self.notes.clone(),
             ..ImportReport::default()
         };
-        let set = self.clean(&m, options, &mut report)?;
-        if set.is_empty() {
-            return Err(FormatError::new(
-                "content",
-                format!("none of the {} strands has a length", report.strands_in_file),
-                "check the file and scale_mm",
-            ));
-        }
+        let set = self.placed(options, &mut report)?;
         let out = resample(&set, options.max_segment_mm)?;
         report.points_resampled = out.points.len();
         let first = out.points[0];
         let (lo, hi) = out.points.iter().fold((first, first), |(lo, hi), &p| (lo.min(p), hi.max(p)));
         report.bounds_mm = [lo.to_array(), hi.to_array()];
         Ok((out, report))
+    }
+
+    /// The strands in the world, less what has no length, at the file's own points.
+    pub(crate) fn placed(&self, options: &ImportOptions, report: &mut ImportReport) -> Parsed<StrandSet> {
+        let set = self.clean(&options.world_from_file()?, options, report)?;
+        if set.is_empty() {
+            return Err(FormatError::new(
+                "content",
+                format!("none of the {} strands has a length", self.offsets.len() - 1),
+                "check the file and scale_mm",
+            ));
+        }
+        Ok(set)
     }
 
     fn clean(&self, m: &DMat3, options: &ImportOptions, report: &mut ImportReport) -> Parsed<StrandSet> {

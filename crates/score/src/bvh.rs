@@ -33,6 +33,8 @@ impl Node {
 pub(crate) struct SegmentIndex {
     nodes: Vec<Node>,
     segments: Vec<Piece>,
+    /// Index of each segment in the list that the tree was built from.
+    original: Vec<u32>,
 }
 
 impl SegmentIndex {
@@ -44,12 +46,24 @@ impl SegmentIndex {
         let mut order: Vec<u32> = (0..segments.len() as u32).collect();
         let mut nodes = vec![EMPTY; tree_size(segments.len())];
         build(&segments, &middles, &mut order, &mut nodes, 0, 0);
-        SegmentIndex { nodes, segments: order.iter().map(|&i| segments[i as usize]).collect() }
+        let sorted = order.iter().map(|&i| segments[i as usize]).collect();
+        SegmentIndex { nodes, segments: sorted, original: order }
     }
 
     /// Distance (mm) from `p` to the nearest point of any segment.
     pub fn distance(&self, p: DVec3) -> f64 {
-        let mut best = f64::INFINITY;
+        self.search(p).0.sqrt()
+    }
+
+    /// The segment nearest to `p`, by its index in the list given to [`SegmentIndex::new`]; of equally near ones the same
+    /// every time.
+    pub fn nearest(&self, p: DVec3) -> u32 {
+        self.original[self.search(p).1]
+    }
+
+    /// Squared distance to the nearest segment, and which it is.
+    fn search(&self, p: DVec3) -> (f64, usize) {
+        let (mut best, mut found) = (f64::INFINITY, 0);
         let mut stack = [(0u32, 0.0); 64];
         let mut top = 1;
         while top > 0 {
@@ -60,8 +74,11 @@ impl SegmentIndex {
             }
             let node = &self.nodes[i as usize];
             if node.count > 0 {
-                for segment in &self.segments[node.link as usize..(node.link + node.count) as usize] {
-                    best = best.min(point_to_segment_squared(p, segment));
+                for i in node.link as usize..(node.link + node.count) as usize {
+                    let d = point_to_segment_squared(p, &self.segments[i]);
+                    if d < best {
+                        (best, found) = (d, i);
+                    }
                 }
                 continue;
             }
@@ -74,7 +91,7 @@ impl SegmentIndex {
             stack[top + 1] = (near, dn);
             top += 2;
         }
-        best.sqrt()
+        (best, found)
     }
 
     /// Distances from many points, in their order.
@@ -175,7 +192,9 @@ mod tests {
             }
             let p = DVec3::new(x, y, z);
             let brute = segments.iter().map(|s| point_to_segment_squared(p, s)).fold(f64::INFINITY, f64::min).sqrt();
-            prop_assert_eq!(SegmentIndex::new(segments).distance(p), brute);
+            let index = SegmentIndex::new(segments.clone());
+            prop_assert_eq!(index.distance(p), brute);
+            prop_assert_eq!(point_to_segment_squared(p, &segments[index.nearest(p) as usize]).sqrt(), brute);
         }
     }
 

@@ -13,6 +13,7 @@ mod luo;
 mod metrics;
 mod motion;
 mod nulls;
+mod places;
 mod protocol;
 mod regions;
 mod rows;
@@ -27,6 +28,7 @@ use strandbench_types::{Estimate, Monitor, Truth};
 
 pub use metrics::{METRICS, Metric, metric};
 pub use motion::{FrameFigures, SequenceScorer, SequenceSheet, flicker_floor_mm, motion_metrics};
+pub use places::Place;
 pub use protocol::{PROTOCOL, PROTOCOL_V1, PROTOCOL_V2, PROTOCOL_VERSION, protocol_id};
 pub use sheet::{ConfidenceBin, ErrorCurve, Score, ScoreError, ScoreSheet, WorstRegion};
 pub use strands::{StrandGrid, StrandSheet, score_strands, strand_metrics, strand_point_errors_mm};
@@ -65,7 +67,7 @@ pub fn score(
     monitor.check()?;
     monitor.advance(1);
 
-    let curves = visible::curves(truth)?;
+    let (curves, strand_of) = visible::curves(truth)?;
     let dropped_segments = visible::short_segments(&truth.strands);
     let index = bvh::SegmentIndex::new(curves);
     monitor.check()?;
@@ -74,6 +76,7 @@ pub fn score(
     let cells = depth::Cells::new(truth, &regions);
     let mut rows = Rows::default();
     let mut sheet = ScoreSheet::new(truth);
+    sheet.places = places::places(truth, &regions, &index, &strand_of);
     for subject in &subjects {
         depth::score(truth, &regions, &cells, subject, &mut rows, &mut sheet);
         luo::score(truth, &index, subject, &mut rows);

@@ -1,5 +1,6 @@
 //! What a scoring returns.
 
+use crate::Place;
 use crate::protocol::protocol_id;
 use serde::{Deserialize, Serialize};
 use strandbench_types::{Cancelled, Plane, Truth};
@@ -89,6 +90,8 @@ pub struct ScoreSheet {
     /// A1 signed error z_est - z_true per pixel of the reference view (inner mask and rim), mm; NaN where not
     /// wanted, +inf where wanted and absent.
     pub depth_error_mm: Plane<f32>,
+    /// The pixels of the inner mask in reading order, with the strand and the clump that each shows.
+    pub places: Vec<Place>,
     /// Sorted |A1 error| over the inner mask per subject (`method`, nulls, ceiling), mm, absent answers as
     /// +inf: the cumulative curves.
     pub depth_error_curves: Vec<(String, Vec<f32>)>,
@@ -111,6 +114,7 @@ impl ScoreSheet {
             protocol: protocol_id(),
             scores: Vec::new(),
             depth_error_mm: Plane::filled(width, height, f32::NAN),
+            places: Vec::new(),
             depth_error_curves: Vec::new(),
             axis_error_curves: Vec::new(),
             line_error_curves: Vec::new(),

@@ -19,17 +19,18 @@ pub(crate) fn short_segments(strands: &StrandSet) -> u64 {
 }
 
 /// The stretches of strand that the reference camera sees, cut from their polylines: what A2 measures
-/// distances to.
-pub(crate) fn curves(truth: &Truth) -> Result<Vec<Piece>, ScoreError> {
+/// distances to; and the strand of each.
+pub(crate) fn curves(truth: &Truth) -> Result<(Vec<Piece>, Vec<u32>), ScoreError> {
     let pieces: Vec<Vec<Piece>> =
         (0..truth.strands.len()).into_par_iter().map(|i| pieces(truth, i)).collect();
+    let strand_of = pieces.iter().zip(0..).flat_map(|(of, i)| std::iter::repeat_n(i, of.len())).collect();
     let pieces = pieces.concat();
     if pieces.is_empty() {
         return Err(ScoreError::Input(
             "the reference camera sees no strand sample: there is nothing to measure distances to".to_owned(),
         ));
     }
-    Ok(pieces)
+    Ok((pieces, strand_of))
 }
 
 fn pieces(truth: &Truth, strand: usize) -> Vec<Piece> {
@@ -129,7 +130,7 @@ mod tests {
     }
 
     fn spans(x: &[f32], seen_by: &[u32]) -> Vec<(f64, f64)> {
-        curves(&one_strand(x, seen_by)).unwrap().iter().map(|[a, b]| (a.x, b.x)).collect()
+        curves(&one_strand(x, seen_by)).unwrap().0.iter().map(|[a, b]| (a.x, b.x)).collect()
     }
 
     #[test]

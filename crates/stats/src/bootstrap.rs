@@ -1,8 +1,8 @@
 //! Resampling scenes, and within them seeds, clumps and strands.
 
-use crate::Options;
 use crate::scenes::{Scene, difference};
 use crate::units::POOL;
+use crate::{Levels, Options};
 use rayon::prelude::*;
 use strandbench_rng::Rng;
 
@@ -21,8 +21,11 @@ pub(crate) fn means(scenes: &[Scene], differences: &[f64], options: &Options) ->
     let spread = |v: &[f64]| v.iter().map(|d| d * d).sum::<f64>() / v.len().max(1) as f64;
     let inside = pools.iter().map(|p| spread(p)).sum::<f64>() / n as f64;
     let total = differences.iter().map(|d| (d - mean) * (d - mean)).sum::<f64>() / n as f64;
-    let within = if inside > total { (total / inside).sqrt() } else { 1.0 };
-    let between = if total > 0.0 { (1.0 - within * within * inside / total).max(0.0).sqrt() } else { 0.0 };
+    let (between, within) = match options.levels {
+        Levels::Plain => (1.0, 1.0),
+        Levels::Matched if inside >= total => (0.0, (total / inside).sqrt()),
+        Levels::Matched => ((1.0 - inside / total).sqrt(), 1.0),
+    };
 
     let one = |round: u32| {
         let mut rng = Rng::keyed(&[options.seed, 0xb007, u64::from(round)]);

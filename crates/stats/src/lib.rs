@@ -50,6 +50,16 @@ pub enum Unit {
     SceneSeed,
 }
 
+/// How what varies within a scene enters the bootstrap.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Levels {
+    /// Both levels, scaled so that together they vary as the scenes' differences do.
+    #[default]
+    Matched,
+    /// Both levels as drawn: counts twice what varies within scenes, for comparison only.
+    Plain,
+}
+
 /// How to compare.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
@@ -61,6 +71,8 @@ pub struct Options {
     pub confidence: f64,
     /// How the interval is taken from the resamples.
     pub kind: Kind,
+    /// How the levels within a scene enter.
+    pub levels: Levels,
     /// What counts as one observation.
     pub unit: Unit,
     /// Whether a lower figure is better.
@@ -75,6 +87,7 @@ impl Default for Options {
             resamples: 10_000,
             confidence: 0.95,
             kind: Kind::default(),
+            levels: Levels::default(),
             unit: Unit::default(),
             lower_is_better: true,
         }

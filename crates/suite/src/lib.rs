@@ -4,7 +4,7 @@
 //! ```text
 //! OUT/<scene>/render/                 frame/  truth/  identity/  radiance/  <camera>.png  render.json
 //! OUT/<scene>/<variant>/reconstruct/  estimate/  diagnostics.json
-//! OUT/<scene>/<variant>/score/        scores.json  scores.csv  errors.exr  errors_<metric>_<subject>.f32
+//! OUT/<scene>/<variant>/score/        scores.json  scores.csv  errors.exr  errors_<metric>_<subject>.f32  places_A1.u32
 //! OUT/<scene>/<variant>/report/       report.html  report.json  report.csv
 //! OUT/index.html, index.json          all cells of the last run, pooled
 //! ```
@@ -48,10 +48,10 @@ pub use pool::{Summary, run_all};
 pub use reconstruct::{DIAGNOSTICS, ESTIMATE, reconstruct};
 pub use render::{FRAME, RENDER_FILE, RenderFile, TRUTH, read_render_file, render};
 pub use scene_job::{SceneJob, all_scenes};
-pub use score::{Curve, ERROR_CHANNEL, ERRORS, SCORES, ScoreFile, read_curve, score};
+pub use score::{Curve, ERROR_CHANNEL, ERRORS, PLACES, SCORES, ScoreFile, read_curve, read_places, score};
 pub use settings::{Part, Setting, render_settings};
 pub use stage::{Done, Progress, RECORD_FILE, Record, read_record};
-pub use strandbench_score::Score;
+pub use strandbench_score::{Place, Score};
 
 use deadline::Deadline;
 use std::path::Path;

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 use strandbench_score::{
-    ConfidenceBin, ErrorCurve, Score, ScoreError, ScoreSheet, StrandGrid, StrandSheet, WorstRegion,
+    ConfidenceBin, ErrorCurve, Place, Score, ScoreError, ScoreSheet, StrandGrid, StrandSheet, WorstRegion,
 };
 use strandbench_types::{Estimate, Plane, Truth};
 
@@ -16,6 +16,11 @@ pub const SCORES: &str = "scores.json";
 pub const ERRORS: &str = "errors.exr";
 /// Channel of [`ERRORS`]: z_est - z_true in mm; NaN where not wanted, +inf where wanted and absent.
 pub const ERROR_CHANNEL: &str = "depth_error_mm";
+
+/// File with the pixels over which A1 is taken: little-endian 32-bit unsigned integers, three for each pixel (its row-major index,
+/// the strand and the clump that it shows, see [`Place`]; `numpy.fromfile(path, "<u4").reshape(-1, 3)`). Their
+/// errors are those of [`ERRORS`] at the same pixel.
+pub const PLACES: &str = "places_A1.u32";
 
 /// `scores.json`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -141,6 +146,10 @@ fn write_sheet(
         grids,
     };
     write_json(&dir.join(SCORES), &file)?;
+    let places = sheet.places.iter().flat_map(|p| [p.pixel, p.strand, p.clump]);
+    let path = dir.join(PLACES);
+    std::fs::write(&path, places.flat_map(u32::to_le_bytes).collect::<Vec<u8>>())
+        .map_err(|e| SuiteError::file(&path, e))?;
     strandbench_io::write_exr(&dir.join(ERRORS), &[(ERROR_CHANNEL, &sheet.depth_error_mm)])?;
     Ok(())
 }
@@ -166,6 +175,31 @@ pub(crate) fn read_error_map(score_dir: &Path) -> Result<Plane<f32>, SuiteError>
     let at = channels.iter().position(|(name, _)| name == ERROR_CHANNEL);
     let at = at.ok_or_else(|| SuiteError::file(&path, format!("has no channel {ERROR_CHANNEL}")))?;
     Ok(channels.swap_remove(at).1)
+}
+
+/// Reads the pixels over which A1 is taken, in reading order, with each one's |error| in mm (+inf where unanswered).
+///
+/// # Errors
+/// If a file is missing or damaged, or they do not fit each other.
+pub fn read_places(score_dir: &Path) -> Result<Vec<(Place, f32)>, SuiteError> {
+    let path = score_dir.join(PLACES);
+    let bytes = std::fs::read(&path).map_err(|e| SuiteError::file(&path, e))?;
+    let errors = read_error_map(score_dir)?;
+    if !bytes.len().is_multiple_of(12) {
+        return Err(SuiteError::file(
+            &path,
+            format!("holds {} bytes, not twelve for each pixel", bytes.len()),
+        ));
+    }
+    let number = |b: &[u8]| u32::from_le_bytes([b[0], b[1], b[2], b[3]]);
+    let place = |b: &[u8]| {
+        let place = Place { pixel: number(b), strand: number(&b[4..]), clump: number(&b[8..]) };
+        let error = errors.data.get(place.pixel as usize).filter(|e| !e.is_nan()).ok_or_else(|| {
+            SuiteError::file(&path, format!("names pixel {}, which {ERRORS} has no error for", place.pixel))
+        })?;
+        Ok((place, error.abs()))
+    };
+    bytes.chunks_exact(12).map(place).collect()
 }
 
 /// Reads one subject's raw errors.

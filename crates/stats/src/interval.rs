@@ -87,4 +87,13 @@ mod tests {
         assert!((acceleration(&[0.0, 0.0, 3.0]) - 6.0f64.powf(-1.5)).abs() < 1e-15);
         assert_eq!(acceleration(&[2.0, 2.0]), 0.0);
     }
+
+    #[test]
+    fn bias_counts_twice() {
+        // 0, 1, ..., 1000, of which 841.5 lie below 841 (a tie counts half): 0.84066, a bias of 0.99717 standard deviations.
+        // Symmetric scenes have no acceleration, so levels are Phi(1.99434 -+ 1.95996) = Phi(0.03438), Phi(3.9543).
+        let resampled: Vec<f64> = (0..=1000).map(f64::from).collect();
+        let [low, high] = of(Kind::Bca, 0.95, 841.0, &resampled, &[-1.0, 0.0, 1.0]);
+        assert!((low - 513.71).abs() < 0.02 && (high - 999.96).abs() < 0.02, "{low} {high}");
+    }
 }

@@ -1,6 +1,6 @@
 //! B1 and B2: are the strands where the true ones are, and do they run the same way?
 
-use super::curves::{Curves, GRID_DEG, GRID_MM, Hit, cos_squared};
+use super::curves::{Curves, GRID_DEG, GRID_MM, Hit, NOTHING, Stairs};
 use super::judge::{Candidate, Judged, MOST_TRUE, Reference};
 use super::samples::{Sample, Set};
 use super::sheet::StrandGrid;
@@ -26,19 +26,16 @@ enum Mode {
     Vertex,
 }
 
-/// Best squared cosine within each distance of the grid, -1 for nothing there.
-type Stairs = [f64; 7];
-
 /// A share of weights, per distance and angle of the grid.
 type Grid = [[f64; 6]; 7];
 
 fn within(stairs: &Stairs, d: usize, a: usize) -> bool {
-    stairs[d] >= cos_squared(GRID_DEG[a])
+    usize::from(stairs[d]) <= a
 }
 
 /// What the nearest neighbour says at each distance of the grid.
 fn stairs_of(hit: Option<&Hit>) -> Stairs {
-    GRID_MM.map(|mm| hit.filter(|h| h.distance_mm <= mm).map_or(-1.0, |h| h.cos2))
+    hit.map_or(NOTHING, Hit::stairs)
 }
 
 fn stairs(curves: &Curves, s: &Sample, mode: Mode) -> Stairs {
@@ -75,9 +72,10 @@ fn precision(set: Set, judged: &[Judged], found: &[Stairs]) -> (Grid, Grid) {
     for (j, s) in judged.iter().zip(found) {
         let w = j.sample.weight_mm;
         total += w;
+        let Some(elsewhere) = j.elsewhere(set) else { continue };
         for d in 0..7 {
             for a in 0..6 {
-                if j.observed(set, GRID_MM[d], GRID_DEG[a]) {
+                if !within(&elsewhere, d, a) {
                     seen[d][a] += w;
                     if within(s, d, a) {
                         right[d][a] += w;
@@ -172,7 +170,7 @@ fn confirm(reference: &Reference, set: Set, judged: &[Judged], mode: Mode) -> Ve
         // The nearest of all true strands belongs to the set: it is the set's nearest too.
         Mode::Nearest if j.cameras >= set as u32 => stairs_of(Some(&j.nearest)),
         _ if j.in_layer(set) || j.free => stairs(curves, &j.sample, mode),
-        _ => [-1.0; 7],
+        _ => NOTHING,
     };
     ask_in_order(judged, |j| j.sample.position, of)
 }

@@ -5,7 +5,7 @@ use super::tree::{Limit, Tree};
 use crate::ScoreError;
 use crate::check::fault;
 use glam::{DVec3, Vec3};
-use std::sync::OnceLock;
+use std::sync::{LazyLock, OnceLock};
 use strandbench_types::StrandSet;
 
 /// Segments shorter than this have no direction; they are left out and counted, mm (METRICS ground rule 3).
@@ -23,6 +23,24 @@ pub(crate) const GRID_DEG: [f64; 6] = [5.0, 10.0, 20.0, 30.0, 40.0, 90.0];
 /// Square of the cosine from which on two lines are within an angle; every pair of lines is within 90 degrees.
 pub(crate) fn cos_squared(deg: f64) -> f64 {
     if deg >= 90.0 { 0.0 } else { deg.to_radians().cos().powi(2) }
+}
+
+/// [`cos_squared`] of [`GRID_DEG`].
+static GRID_COS2: LazyLock<[f64; 6]> = LazyLock::new(|| GRID_DEG.map(cos_squared));
+
+/// At each distance of the grid, the place of the smallest angle of the grid that something there is within; 6 where there is
+/// nothing.
+pub(crate) type Stairs = [u8; 7];
+
+/// Nothing at any distance.
+pub(crate) const NOTHING: Stairs = [6; 7];
+
+impl Hit {
+    /// What this piece alone amounts to.
+    pub fn stairs(&self) -> Stairs {
+        let angle = GRID_COS2.iter().position(|&c| self.cos2 >= c).unwrap_or(6) as u8;
+        GRID_MM.map(|mm| if self.distance_mm <= mm { angle } else { 6 })
+    }
 }
 
 /// A part of a segment: its index in the points, and where on it the part begins and ends (0 to 1).
@@ -132,13 +150,25 @@ impl Curves {
         ((a + u * along - p).length_squared(), tu * tu / uu, along)
     }
 
+    /// Squared cosine of a member with the unit line `t`, as [`Curves::member`] has it.
+    fn cos_squared(&self, rank: usize, t: DVec3) -> f64 {
+        let s = &self.segments[rank];
+        let u = s.b.as_dvec3() - s.a.as_dvec3();
+        t.dot(u).powi(2) / u.length_squared()
+    }
+
+    fn cones(&self) -> &[Cone] {
+        let line = |rank: usize| self.segments[rank].b - self.segments[rank].a;
+        self.cones.get_or_init(|| cones(&self.tree, line))
+    }
+
     /// The nearest piece within `reach_mm` whose line is within an angle of the unit line `t` (`cos2_min` is the
     /// square of its cosine); of equally near ones, that of the smallest angle.
     pub fn nearest(&self, p: DVec3, t: DVec3, reach_mm: f64, cos2_min: f64) -> Option<Hit> {
         let mut best: Option<Hit> = None;
         let mut least = f64::INFINITY;
         let reach = reach_mm * reach_mm;
-        self.tree.walk(p, reach, |rank| {
+        let mut visit = |rank: usize| {
             let (d2, cos2, along) = self.member(rank, p, t);
             let limit = |least: f64| reach.min((least + TIE_MM).powi(2));
             if d2 > limit(least) || cos2 < cos2_min {
@@ -161,7 +191,13 @@ impl Curves {
             }
             least = least.min(distance_mm);
             limit(least)
-        });
+        };
+        if cos2_min <= 0.0 {
+            self.tree.walk(p, reach, visit);
+        } else {
+            let aligned = Aligned { limit: reach, cos2_min, line: t.as_vec3(), cones: self.cones() };
+            self.tree.walk_while(p, |rank, a: &mut Aligned<'_>| a.limit = visit(rank), aligned);
+        }
         best
     }
 
@@ -198,57 +234,83 @@ impl Curves {
         found.into_iter().map(|f| f.1).collect()
     }
 
-    /// The largest squared cosine with the unit line `t` among the pieces within each distance of the grid; -1
-    /// where there is none. With `vertices`, distances are to each segment's first point alone. Exact up to the
-    /// smallest angle of the grid; beyond it "near enough" ends the search.
-    pub fn staircase(&self, p: DVec3, t: DVec3, vertices: bool) -> [f64; 7] {
-        let line = |rank: usize| self.segments[rank].b - self.segments[rank].a;
-        let cones = self.cones.get_or_init(|| cones(&self.tree, line));
-        let steps = Staircase { best: [-1.0; 7], line: t.as_vec3(), cones };
-        let mut out = [-1.0; 7];
-        self.tree.walk_while(
-            p,
-            |d| d <= GRID2[6],
-            |rank, steps: &mut Staircase<'_>| {
-                let (mut d2, cos2, ..) = self.member(rank, p, t);
-                if vertices {
-                    d2 = self.segments[rank].a.as_dvec3().distance_squared(p);
-                }
-                let Some(level) = GRID2.iter().position(|&g| d2 <= g) else { return };
-                for s in &mut steps.best[level..] {
-                    if *s >= cos2 {
-                        break;
-                    }
-                    *s = cos2;
-                }
-                out = steps.best;
-            },
-            steps,
-        );
-        out
+    /// The smallest angle with the unit line `t` among the pieces within each distance of the grid, as a place on the
+    /// grid of angles. With `vertices`, distances are to each segment's first point alone.
+    pub fn staircase(&self, p: DVec3, t: DVec3, vertices: bool) -> Stairs {
+        let steps = Staircase {
+            stairs: NOTHING,
+            need: [GRID_COS2[5]; 7],
+            cos2: &GRID_COS2,
+            line: t.as_vec3(),
+            cones: self.cones(),
+        };
+        let visit = |rank, steps: &mut Staircase<'_>| {
+            if self.cos_squared(rank, t) < steps.need[0] {
+                return;
+            }
+            let (mut d2, cos2, ..) = self.member(rank, p, t);
+            if vertices {
+                d2 = self.segments[rank].a.as_dvec3().distance_squared(p);
+            }
+            if let Some(level) = GRID2.iter().position(|&g| d2 <= g) {
+                steps.improve(level, cos2);
+            }
+        };
+        self.tree.walk_while(p, visit, steps).stairs
     }
 }
 
 /// Squares of [`GRID_MM`].
 const GRID2: [f64; 7] = [0.0625, 0.25, 1.0, 4.0, 9.0, 16.0, 25.0];
 
-/// cos² of the grid's smallest angle, 5 degrees, rounded up.
-const ENOUGH: f64 = 0.992_403_876_6;
-
 struct Staircase<'a> {
-    /// Best squared cosine within each distance of the grid.
-    best: [f64; 7],
+    stairs: Stairs,
+    /// Squared cosine that makes a better step at each distance of the grid, ascending.
+    need: [f64; 7],
+    /// Of the grid's angles.
+    cos2: &'a [f64; 6],
     line: Vec3,
     cones: &'a [Cone],
 }
 
+impl Staircase<'_> {
+    fn improve(&mut self, level: usize, cos2: f64) {
+        if cos2 < self.need[level] {
+            return;
+        }
+        let angle = self.cos2.iter().position(|&c| cos2 >= c).unwrap_or(6);
+        let need = if angle == 0 { f64::INFINITY } else { self.cos2[angle - 1] };
+        for l in level..7 {
+            if usize::from(self.stairs[l]) <= angle {
+                break;
+            }
+            self.stairs[l] = angle as u8;
+            self.need[l] = need;
+        }
+    }
+}
+
 impl Limit for Staircase<'_> {
-    fn matters(&self, node: u32, distance_squared: f64) -> bool {
-        let level = GRID2.iter().position(|&g| distance_squared <= g);
-        level.is_some_and(|l| {
-            let best = self.best[l];
-            best < ENOUGH && (best < 0.0 || best < self.cones[node as usize].most_cos2(self.line))
+    fn matters(&self, node: u32, distance_squared: f32) -> bool {
+        let level = GRID2.iter().filter(|&&g| g < f64::from(distance_squared)).count();
+        self.need.get(level).is_some_and(|&need| {
+            need <= 0.0 || need <= 1.0 && need <= self.cones[node as usize].most_cos2(self.line)
         })
+    }
+}
+
+/// Pieces within a squared distance whose lines may be within an angle.
+struct Aligned<'a> {
+    limit: f64,
+    cos2_min: f64,
+    line: Vec3,
+    cones: &'a [Cone],
+}
+
+impl Limit for Aligned<'_> {
+    fn matters(&self, node: u32, distance_squared: f32) -> bool {
+        f64::from(distance_squared) <= self.limit
+            && self.cos2_min <= self.cones[node as usize].most_cos2(self.line)
     }
 }
 
@@ -313,7 +375,8 @@ mod tests {
             for (d, mm) in GRID_MM.iter().enumerate() {
                 for deg in GRID_DEG {
                     let want = all.iter().any(|(x, a)| x <= mm && *a <= deg);
-                    prop_assert_eq!(stairs[d] >= cos_squared(deg), want, "{} mm {} deg", mm, deg);
+                    let place = GRID_DEG.iter().position(|g| *g == deg).unwrap();
+                    prop_assert_eq!(usize::from(stairs[d]) <= place, want, "{} mm {} deg", mm, deg);
                 }
             }
             let nearest = all.iter().fold(f64::INFINITY, |m, x| m.min(x.0));
@@ -342,9 +405,9 @@ mod tests {
         assert_eq!((hit.distance_mm, hit.along), (0.5, 0.5));
         assert!(parts.nearest(DVec3::X, DVec3::X, 0.4, 0.0).is_none());
         let far = curves.staircase(DVec3::new(0.5, 3.5, 0.0), DVec3::X, false);
-        assert_eq!(far.map(|c| c >= 0.0), [false, false, false, false, false, true, true]);
+        assert_eq!(far.map(|c| c < 6), [false, false, false, false, false, true, true]);
         assert!(
-            curves.staircase(DVec3::new(0.5, 0.0, 0.0), DVec3::X, true)[0] < 0.0,
+            curves.staircase(DVec3::new(0.5, 0.0, 0.0), DVec3::X, true)[0] == 6,
             "no vertex within 0.25 mm"
         );
     }

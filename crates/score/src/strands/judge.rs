@@ -1,6 +1,6 @@
 //! What is asked of an estimated sample: which true strand it stands for, and whether it is observed at all.
 
-use super::curves::{Curves, GRID_MM, Hit, cos_squared};
+use super::curves::{Curves, GRID_MM, Hit, NOTHING, Stairs, cos_squared};
 use super::free::FreeSpace;
 use super::samples::{Sample, Samples, Set, TrueStrands};
 use super::tree::ask_in_order;
@@ -74,6 +74,15 @@ impl Judged {
         let n = &self.nearest;
         let stands_for_other = n.distance_mm <= mm && n.cos2 >= cos_squared(deg) && self.cameras < set as u32;
         self.in_layer(set) || (self.free && !stands_for_other)
+    }
+
+    /// Where on the grid the sample counts for something else than the set: [`Judged::observed`] of the whole grid at
+    /// once. `None` if it counts nowhere.
+    pub fn elsewhere(&self, set: Set) -> Option<Stairs> {
+        if self.in_layer(set) || (self.free && self.cameras >= set as u32) {
+            return Some(NOTHING);
+        }
+        self.free.then(|| self.nearest.stairs())
     }
 }
 

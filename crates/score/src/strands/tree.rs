@@ -1,6 +1,6 @@
 //! A tree of boxes over anything that has one, for nearest and range queries.
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3, Vec3A};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -16,25 +16,62 @@ const PARALLEL: usize = 1 << 14;
 /// Deepest stack of a walk: one level for each bit of the sorting key, and halving below that.
 const STACK: usize = 3 * BITS as usize + 34;
 
+/// What lies below a node.
 #[derive(Clone, Copy, Debug)]
 struct Node {
-    lo: Vec3,
     /// Inner node: index of the second child (the first follows the node). Leaf: rank of its first member.
     link: u32,
-    hi: Vec3,
     /// Members of a leaf; 0 for an inner node.
     count: u32,
 }
 
-impl Node {
-    fn distance_squared(&self, p: DVec3) -> f64 {
-        (self.lo.as_dvec3() - p).max(p - self.hi.as_dvec3()).max(DVec3::ZERO).length_squared()
+/// Lowest and highest corner.
+#[derive(Clone, Copy, Debug)]
+struct Bounds {
+    lo: Vec3A,
+    hi: Vec3A,
+}
+
+/// A point in single precision, and by how much it may be off.
+#[derive(Clone, Copy)]
+struct Query {
+    p: Vec3A,
+    slack: Vec3A,
+}
+
+impl Query {
+    fn new(p: DVec3) -> Query {
+        let rounded = p.as_vec3a();
+        Query { p: rounded, slack: f32::EPSILON * rounded.abs() }
     }
 }
 
-/// The boxes of members in the tree's own order.
+/// More than rounding takes off a squared distance: of a difference, of the slack off it, of squares and their sum.
+const SHORT: f32 = 1.0 - 8.0 * f32::EPSILON;
+
+/// A distance whose square single precision still holds, mm.
+const FAR_MM: Vec3A = Vec3A::splat(1e18);
+
+impl Bounds {
+    const NONE: Bounds = Bounds { lo: Vec3A::INFINITY, hi: Vec3A::NEG_INFINITY };
+
+    fn grow(&mut self, other: Bounds) {
+        *self = Bounds { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) };
+    }
+
+    /// A bound of the squared distance from below, short of it by rounding alone (and beyond [`FAR_MM`]): in single
+    /// precision a box takes half the time.
+    fn distance_squared(&self, q: Query) -> f32 {
+        let outside = (self.lo - q.p).max(q.p - self.hi) - q.slack;
+        outside.clamp(Vec3A::ZERO, FAR_MM).length_squared() * SHORT
+    }
+}
+
+/// The boxes of members in the tree's own order, a node with its box apart: a walk looks into many more boxes than nodes.
+#[derive(Default)]
 pub(crate) struct Tree {
     nodes: Vec<Node>,
+    bounds: Vec<Bounds>,
 }
 
 impl Tree {
@@ -46,13 +83,14 @@ impl Tree {
     pub fn new(n: usize, bounds: impl Fn(usize) -> [Vec3; 2] + Sync) -> (Tree, Vec<u32>) {
         assert!(u32::try_from(n).is_ok(), "{n} members");
         if n == 0 {
-            return (Tree { nodes: Vec::new() }, Vec::new());
+            return (Tree::default(), Vec::new());
         }
         let keyed = keyed(n, &bounds);
-        let mut nodes = Vec::new();
-        build(&keyed, 0, &bounds, &mut nodes);
-        nodes.shrink_to_fit();
-        (Tree { nodes }, keyed.into_iter().map(|k| k.1).collect())
+        let mut tree = Tree::default();
+        tree.build(&keyed, 0, &bounds);
+        tree.nodes.shrink_to_fit();
+        tree.bounds.shrink_to_fit();
+        (tree, keyed.into_iter().map(|k| k.1).collect())
     }
 
     /// A value of each node: of a leaf from the ranks of its members, of any other from its two children's.
@@ -75,26 +113,15 @@ impl Tree {
     /// Visits members from near boxes to far ones: `visit` gets a member's rank and returns the squared distance
     /// beyond which boxes no longer matter, which is `within` at first.
     pub fn walk(&self, p: DVec3, within: f64, mut visit: impl FnMut(usize) -> f64) {
-        self.walk_while(p, |d| d <= within, |rank, limit| *limit = visit(rank), within);
+        self.walk_while(p, |rank, limit| *limit = visit(rank), within);
     }
 
-    /// As [`Tree::walk`], with a test of the squared distance of a box in place of a limit.
-    pub fn walk_while<S>(
-        &self,
-        p: DVec3,
-        first: impl FnOnce(f64) -> bool,
-        mut visit: impl FnMut(usize, &mut S),
-        mut state: S,
-    ) where
-        S: Limit,
-    {
-        let Some(root) = self.nodes.first() else { return };
-        let d = root.distance_squared(p);
-        if !first(d) {
-            return;
-        }
-        let mut stack = [(0u32, 0.0f64); STACK];
-        stack[0] = (0, d);
+    /// As [`Tree::walk`], with a test of each box in place of a limit; gives the state as it is in the end.
+    pub fn walk_while<S: Limit>(&self, p: DVec3, mut visit: impl FnMut(usize, &mut S), mut state: S) -> S {
+        let Some(root) = self.bounds.first() else { return state };
+        let q = Query::new(p);
+        let mut stack = [(0u32, 0.0f32); STACK];
+        stack[0] = (0, root.distance_squared(q));
         let mut top = 1;
         while top > 0 {
             top -= 1;
@@ -110,8 +137,8 @@ impl Tree {
                 continue;
             }
             let (a, b) = (i + 1, node.link);
-            let da = self.nodes[a as usize].distance_squared(p);
-            let db = self.nodes[b as usize].distance_squared(p);
+            let da = self.bounds[a as usize].distance_squared(q);
+            let db = self.bounds[b as usize].distance_squared(q);
             let (near, far) = if da <= db { ((a, da), (b, db)) } else { ((b, db), (a, da)) };
             for child in [far, near] {
                 if state.matters(child.0, child.1) {
@@ -120,17 +147,70 @@ impl Tree {
                 }
             }
         }
+        state
+    }
+
+    /// Appends the subtree over `keyed`, whose first member has rank `base`, and returns its box.
+    fn build(
+        &mut self,
+        keyed: &[(u64, u32)],
+        base: usize,
+        bounds: &(impl Fn(usize) -> [Vec3; 2] + Sync),
+    ) -> Bounds {
+        let at = self.nodes.len();
+        let mut all = Bounds::NONE;
+        self.bounds.push(all);
+        if keyed.len() <= LEAF {
+            for k in keyed {
+                let [lo, hi] = bounds(k.1 as usize).map(Vec3A::from);
+                all.grow(Bounds { lo, hi });
+            }
+            self.nodes.push(Node { link: base as u32, count: keyed.len() as u32 });
+            self.bounds[at] = all;
+            return all;
+        }
+        let (first, last) = (keyed[0].0, keyed[keyed.len() - 1].0);
+        let middle = match (first ^ last).checked_ilog2() {
+            None => keyed.len() / 2,
+            Some(bit) => keyed.partition_point(|k| k.0 >> bit & 1 == 0),
+        };
+        self.nodes.push(Node { link: 0, count: 0 });
+        let (left, right) = keyed.split_at(middle);
+        let second = if keyed.len() < PARALLEL {
+            all.grow(self.build(left, base, bounds));
+            let second = self.nodes.len() as u32;
+            all.grow(self.build(right, base + middle, bounds));
+            second
+        } else {
+            let part = |keyed: &[(u64, u32)], base: usize| {
+                let mut own = Tree::default();
+                (own.build(keyed, base, bounds), own)
+            };
+            let (a, b) = rayon::join(|| part(left, base), || part(right, base + middle));
+            let second = (at + 1 + a.1.nodes.len()) as u32;
+            for ((corners, own), first) in [(a, at as u32 + 1), (b, second)] {
+                all.grow(corners);
+                // Links to nodes were counted from the part's own first node; those of leaves are ranks.
+                let link = |n: Node| n.link + if n.count == 0 { first } else { 0 };
+                self.nodes.extend(own.nodes.into_iter().map(|n| Node { link: link(n), ..n }));
+                self.bounds.extend(own.bounds);
+            }
+            second
+        };
+        self.nodes[at].link = second;
+        self.bounds[at] = all;
+        all
     }
 }
 
-/// What decides whether a box at a squared distance can still hold something of interest.
+/// What decides whether a box, at a squared distance or farther, can still hold something of interest.
 pub(crate) trait Limit {
-    fn matters(&self, node: u32, distance_squared: f64) -> bool;
+    fn matters(&self, node: u32, distance_squared: f32) -> bool;
 }
 
 impl Limit for f64 {
-    fn matters(&self, _: u32, distance_squared: f64) -> bool {
-        distance_squared <= *self
+    fn matters(&self, _: u32, distance_squared: f32) -> bool {
+        f64::from(distance_squared) <= *self
     }
 }
 
@@ -185,53 +265,6 @@ fn spread(v: f64) -> u64 {
     x
 }
 
-/// Appends the subtree over `keyed`, whose first member has rank `base`, and returns its box.
-fn build(
-    keyed: &[(u64, u32)],
-    base: usize,
-    bounds: &(impl Fn(usize) -> [Vec3; 2] + Sync),
-    nodes: &mut Vec<Node>,
-) -> [Vec3; 2] {
-    let at = nodes.len();
-    let mut all = [Vec3::INFINITY, Vec3::NEG_INFINITY];
-    let mut grow = |b: [Vec3; 2]| all = [all[0].min(b[0]), all[1].max(b[1])];
-    if keyed.len() <= LEAF {
-        keyed.iter().for_each(|k| grow(bounds(k.1 as usize)));
-        nodes.push(Node { lo: all[0], hi: all[1], link: base as u32, count: keyed.len() as u32 });
-        return all;
-    }
-    let (first, last) = (keyed[0].0, keyed[keyed.len() - 1].0);
-    let middle = match (first ^ last).checked_ilog2() {
-        None => keyed.len() / 2,
-        Some(bit) => keyed.partition_point(|k| k.0 >> bit & 1 == 0),
-    };
-    nodes.push(Node { lo: Vec3::ZERO, hi: Vec3::ZERO, link: 0, count: 0 });
-    let (left, right) = keyed.split_at(middle);
-    let second = if keyed.len() < PARALLEL {
-        grow(build(left, base, bounds, nodes));
-        let second = nodes.len() as u32;
-        grow(build(right, base + middle, bounds, nodes));
-        second
-    } else {
-        let part = |keyed: &[(u64, u32)], base: usize| {
-            let mut own = Vec::with_capacity(keyed.len());
-            (build(keyed, base, bounds, &mut own), own)
-        };
-        let (a, b) = rayon::join(|| part(left, base), || part(right, base + middle));
-        let second = (at + 1 + a.1.len()) as u32;
-        for ((corners, own), first) in [(a, at as u32 + 1), (b, second)] {
-            grow(corners);
-            // Links to nodes were counted from the part's own first node; those of leaves are ranks.
-            nodes.extend(
-                own.into_iter().map(|n| Node { link: n.link + if n.count == 0 { first } else { 0 }, ..n }),
-            );
-        }
-        second
-    };
-    nodes[at] = Node { lo: all[0], hi: all[1], link: second, count: 0 };
-    all
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -252,8 +285,9 @@ mod tests {
         );
         assert_eq!(found[0], (n, (n as u64 - 1) * n as u64 / 2), "every member below the root once");
         for (i, node) in tree.nodes.iter().enumerate().filter(|(_, node)| node.count == 0) {
-            for child in [&tree.nodes[i + 1], &tree.nodes[node.link as usize]] {
-                let inside = node.lo.cmple(child.lo).all() && node.hi.cmpge(child.hi).all();
+            let own = tree.bounds[i];
+            for child in [&tree.bounds[i + 1], &tree.bounds[node.link as usize]] {
+                let inside = own.lo.cmple(child.lo).all() && own.hi.cmpge(child.hi).all();
                 assert!(inside && node.link as usize > i + 1, "node {i}");
             }
         }

@@ -52,6 +52,17 @@ const STAGES: &[(&str, &[&str])] = &[
             "crates/suite/src/stage.rs",
         ],
     ),
+    (
+        "OUTSIDE",
+        &[
+            "crates/types",
+            "crates/io",
+            "scenes/src/head",
+            "crates/suite/src/outside",
+            "crates/suite/src/dataset",
+            "crates/suite/src/stage.rs",
+        ],
+    ),
     ("REPORT", &["crates", "scenes/src", "renderer", "groundtruth"]),
 ];
 

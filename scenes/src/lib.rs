@@ -21,6 +21,7 @@ pub use build::build;
 pub use capture::rotation;
 pub use catalog::{CatalogEntry, DEFAULT_SCENE, catalog};
 pub use error::SceneError;
+pub use head::scalp_of;
 pub use motion::{HeadPose, MotionCache, MotionError, MotionFrame, Simulation, moving_catalog};
 pub use scene::{
     AreaLight, Environment, FibreOptics, Lens, OpticsModel, OpticsRoots, Pigment, RigMotion, Scene, Sensor,

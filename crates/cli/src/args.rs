@@ -43,6 +43,9 @@ pub struct Common {
     /// Print one JSON document to standard output instead of words
     #[arg(long, global = true)]
     pub json: bool,
+    /// Configuration with methods from outside [default: strandbench.toml, where there is one]
+    #[arg(long, global = true, value_name = "FILE")]
+    pub config: Option<PathBuf>,
 }
 
 #[derive(Subcommand, Debug)]
@@ -59,6 +62,12 @@ pub enum Command {
 A moving scene is rendered, reconstructed and scored frame by frame; interrupted, the same command goes on where it
 stopped. Its report has a player.
 
+A method of your own, in any language, is a variant like the others once strandbench.toml names it:
+  [method.mine]
+  command = \"python3 mine.py {input} {output}\"   # reads a dataset folder, writes depth.npy, mesh.ply, strands.ply ...
+  time_limit_s = 600
+  memory_limit_mib = 8000
+
 Exit code 0: every cell was scored. 1: at least one failed (its row says why). 130: stopped by Ctrl-C.")]
     Run(RunArgs),
     /// Render a scene: images for the method, truth for the scorer
@@ -71,10 +80,13 @@ Exit code 0: every cell was scored. 1: at least one failed (its row says why). 1
     #[command(after_help = "Examples:
   strandbench score strandbench-out/straight-blonde/luo
   strandbench score my-estimate --truth strandbench-out/straight-blonde/render/truth --out my-scores
+  strandbench score --estimate my-answer --truth strandbench-out/straight-blonde/render --out my-scores
   strandbench score out/moving-messy-red/luo-strands --rest out/moving-still/luo-strands out/moving-still+seed=2/luo-strands
 
-An estimate of any program can be scored: a folder with depth.exr, orientation.exr, orientation_3d.exr,
-envelope.ply or strands.hair, whichever it has. What is not there counts as not answered.")]
+An estimate of any program can be scored: a folder with depth.exr, .npy, .pfm or .png, mesh.ply or .obj, points.ply,
+strands.hair, .data, .ply, .obj or .tfx, orientation.exr, orientation_3d.exr, whichever it has. What is not there counts
+as not answered. units.json beside them says what is not millimetres in the world; `strandbench dataset export` writes a
+README.md with all of it.")]
     Score(ScoreArgs),
     /// Make the report of a scored variant folder
     #[command(after_help = "Example:
@@ -102,6 +114,12 @@ and said. Close other programs: ratios bear a busy machine, seconds do not.")]
 
 Reads .hair, .data, .ply and .tfx; writes .hair, .data, .ply or .obj by OUT's ending, and a picture beside it.")]
     Import(ImportArgs),
+    /// Renders as a folder that any program can use: images, masks, calibration
+    #[command(subcommand)]
+    Dataset(DatasetCommand),
+    /// Methods of the field that are run as programs of their own
+    #[command(subcommand)]
+    Baselines(BaselinesCommand),
     /// Strands and envelopes of a finished folder, or its truth, in formats that other programs open
     #[command(after_help = "Examples:
   strandbench export strandbench-out/moving-still/luo-strands animation
@@ -247,8 +265,12 @@ pub struct ReconstructArgs {
 #[derive(ClapArgs, Debug)]
 pub struct ScoreArgs {
     /// A variant folder, its reconstruct folder, or any estimate folder
-    pub folder: PathBuf,
-    /// The truth folder [default: ../render/truth beside the variant folder]
+    #[arg(required_unless_present = "estimate")]
+    pub folder: Option<PathBuf>,
+    /// The answer of any program: depth maps, meshes, points or strands
+    #[arg(long, value_name = "DIR", conflicts_with = "folder", requires_all = ["truth", "out"])]
+    pub estimate: Option<PathBuf>,
+    /// The truth folder, or the render folder around it [default: ../render/truth beside the variant folder]
     #[arg(long, value_name = "DIR")]
     pub truth: Option<PathBuf>,
     /// Seed of the nulls [default: the render's]
@@ -261,6 +283,55 @@ pub struct ScoreArgs {
     /// Folder to write [default: score in the variant folder]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+}
+
+#[derive(Subcommand, Debug)]
+pub enum DatasetCommand {
+    /// Write a render folder's images, masks and calibration (COLMAP, OpenCV, NeRF), head and scalp
+    #[command(after_help = "Examples:
+  strandbench dataset export strandbench-out/straight-blonde/render my-dataset
+  strandbench dataset export strandbench-out/moving-still/render my-dataset --truth
+
+The calibration is the one that a method is given. README.md in the folder says what is what, and how an answer lies.")]
+    Export(DatasetArgs),
+}
+
+#[derive(ClapArgs, Debug)]
+pub struct DatasetArgs {
+    /// A render folder
+    pub render: PathBuf,
+    /// Folder to write; must not be there yet
+    pub out: PathBuf,
+    /// The truth too, in truth/: depth, strands, the rig as it is
+    #[arg(long)]
+    pub truth: bool,
+    /// Neither head nor scalp, which no built-in method is given
+    #[arg(long)]
+    pub no_head: bool,
+}
+
+#[derive(Subcommand, Debug)]
+pub enum BaselinesCommand {
+    /// What there is
+    List,
+    /// Write the programs and a strandbench.toml that runs them
+    #[command(after_help = "Example:
+  strandbench baselines config baselines
+  strandbench run --config baselines/strandbench.toml --variant opencv-sgbm --variant luo
+
+They need Python with NumPy and OpenCV: an environment with both is made in the user's cache folder on first use, unless
+--python or STRANDBENCH_PYTHON names a Python that has them.")]
+    Config(BaselinesArgs),
+}
+
+#[derive(ClapArgs, Debug)]
+pub struct BaselinesArgs {
+    /// Folder to write into
+    #[arg(default_value = "baselines", value_name = "DIR")]
+    pub out: PathBuf,
+    /// Python with the packages of requirements.txt [default: STRANDBENCH_PYTHON, or an environment made for it]
+    #[arg(long, value_name = "FILE")]
+    pub python: Option<PathBuf>,
 }
 
 #[derive(ClapArgs, Debug)]

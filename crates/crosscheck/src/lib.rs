@@ -28,7 +28,7 @@ pub use bundle::{Array, Bundle, Element};
 pub use error::CrossError;
 pub use gate::{Gate, Verdict};
 pub use images::Pictures;
-pub use python::Witness;
+pub use python::{Witness, environment};
 pub use report::{as_json, write_report};
 pub use run::{Judged, Options, Outcome, run, run_where};
 

@@ -87,6 +87,9 @@ pub enum Outcome {
         stage: String,
         /// What it may take, s.
         limit_s: f64,
+        /// Which limit that is, and what a method from outside said last.
+        #[serde(default)]
+        message: String,
     },
     /// The run was stopped before the cell's turn or in its midst; it counts as an empty answer.
     NotRun,
@@ -98,8 +101,8 @@ impl Outcome {
         match self {
             Outcome::Ok => None,
             Outcome::Failed { stage, message } => Some(format!("failed in {stage}: {message}")),
-            Outcome::TimedOut { stage, limit_s } => {
-                Some(format!("timed out in {stage}: more than the {limit_s} s of --time-limit"))
+            Outcome::TimedOut { stage, limit_s, message } => {
+                Some(format!("timed out in {stage}: more than the {limit_s} s of {message}"))
             }
             Outcome::NotRun => Some("not run: stopped before it was done".to_owned()),
         }

@@ -51,6 +51,26 @@ pub enum SuiteError {
         /// What is wrong.
         problem: String,
     },
+    /// A method from outside failed.
+    #[error("method {method} {problem}{}", quoted(said))]
+    Outside {
+        /// Its name.
+        method: String,
+        /// What is wrong.
+        problem: String,
+        /// The end of what it wrote to standard error.
+        said: String,
+    },
+    /// A method from outside took longer than it may.
+    #[error("method {method} took more than the {limit_s} s that it may (time_limit_s){}", quoted(said))]
+    OverTime {
+        /// Its name.
+        method: String,
+        /// What it may take, s.
+        limit_s: f64,
+        /// The end of what it wrote to standard error.
+        said: String,
+    },
     /// No score could be given.
     #[error("scoring {}: {problem}", folder.display())]
     Score {
@@ -79,6 +99,11 @@ pub enum SuiteError {
     /// Stopped from outside.
     #[error("cancelled; unfinished folders are removed, finished ones stand")]
     Cancelled,
+}
+
+/// What a program said last, if it said anything.
+pub(crate) fn quoted(said: &str) -> String {
+    if said.is_empty() { String::new() } else { format!("; it last said: {said}") }
 }
 
 impl SuiteError {

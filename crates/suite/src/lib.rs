@@ -13,7 +13,9 @@
 //! Each of these folders also holds `stage.json`: its key (a hash of inputs, parameters and code), a hash of
 //! every file in it, what it cost, and with which program and machine it was made.
 
+pub mod baselines;
 mod cell;
+pub mod dataset;
 mod deadline;
 mod error;
 mod export;
@@ -25,6 +27,7 @@ mod import;
 mod lock;
 mod machine;
 mod method;
+pub mod outside;
 mod pictures;
 mod pool;
 mod reconstruct;
@@ -43,7 +46,7 @@ pub use exposure::{METERED_SHARE, Metered};
 pub use import::{Imported, import};
 pub use lock::{LOCK_FILE, Lock};
 pub use machine::{Cost, Meter, Provenance};
-pub use method::{Method, variants_table};
+pub use method::{Method, Solver, variants_table};
 pub use pool::{Summary, run_all};
 pub use reconstruct::{DIAGNOSTICS, ESTIMATE, reconstruct};
 pub use render::{FRAME, RENDER_FILE, RenderFile, TRUTH, read_render_file, render};
@@ -89,8 +92,9 @@ pub fn run_cell(cell: &Cell, out: &Path, progress: &dyn Progress) -> Result<Row,
             return sequence::after_render(cell, &places, rendered, progress);
         }
 
-        let frame = places.render.join(FRAME);
-        let reconstructed = reconstruct(&frame, &cell.method.variant, &places.reconstruct, progress)
+        let reconstructed = cell
+            .method
+            .reconstruct(&places.render, &places.reconstruct, progress)
             .map_err(|e| ("reconstruct", e))?;
 
         let (truth, estimate) = (places.render.join(TRUTH), places.reconstruct.join(ESTIMATE));
@@ -103,9 +107,16 @@ pub fn run_cell(cell: &Cell, out: &Path, progress: &dyn Progress) -> Result<Row,
     match cell::catch(stages) {
         Ok(stages) => Row::finished(cell, &places, &stages),
         Err((stage, SuiteError::Cancelled)) => match progress.passed() {
-            Some(limit_s) => Ok(Row::empty(cell, Outcome::TimedOut { stage: stage.to_owned(), limit_s })),
+            Some(limit_s) => {
+                let message = "--time-limit".to_owned();
+                Ok(Row::empty(cell, Outcome::TimedOut { stage: stage.to_owned(), limit_s, message }))
+            }
             None => Err(SuiteError::Cancelled),
         },
+        Err((stage, SuiteError::OverTime { limit_s, said, .. })) => {
+            let message = format!("its time_limit_s{}", error::quoted(&said));
+            Ok(Row::empty(cell, Outcome::TimedOut { stage: stage.to_owned(), limit_s, message }))
+        }
         Err((stage, error)) => {
             Ok(Row::empty(cell, Outcome::Failed { stage: stage.to_owned(), message: error.to_string() }))
         }

@@ -1,14 +1,28 @@
-//! Which variant, with which overrides.
+//! Which method, with which overrides.
 
-use crate::SuiteError;
+use crate::outside::{self, Config, Outside};
+use crate::render::FRAME;
+use crate::sequence::{Sequence, reconstruct_sequence};
 use crate::settings::{Part, Setting, label};
+use crate::stage::{Done, Progress};
+use crate::{SuiteError, reconstruct};
+use std::path::Path;
 use strandbench_recon::{VARIANTS, Variant};
 
-/// A variant to run.
+/// What answers.
+#[derive(Clone, Debug)]
+pub enum Solver {
+    /// A row of the variants table, overrides applied.
+    Variant(Box<Variant>),
+    /// A program of its own.
+    Outside(Box<Outside>),
+}
+
+/// A method to run.
 #[derive(Clone, Debug)]
 pub struct Method {
-    /// The row of the table, overrides applied.
-    pub variant: Variant,
+    /// What answers.
+    pub solver: Solver,
     /// Folder name and name in reports: the variant's name and what was overridden.
     pub label: String,
 }
@@ -25,7 +39,49 @@ impl Method {
             variant = variant.with(&setting.key, &setting.value).map_err(|e| setting.fault(e))?;
             changes.push(format!("{}={}", setting.key, setting.value));
         }
-        Ok(Method { variant, label: label(name, &changes) })
+        Ok(Method { solver: Solver::Variant(Box::new(variant)), label: label(name, &changes) })
+    }
+
+    /// As [`Method::find`], the methods of a configuration included; these have no parameters here.
+    ///
+    /// # Errors
+    /// As [`Method::find`], and if a parameter is set for a method from outside.
+    pub fn find_in(name: &str, settings: &[Setting], config: &Config) -> Result<Method, SuiteError> {
+        if let Some(outside) = config.method(name) {
+            if let Some(setting) = settings.iter().find(|s| s.part == Part::Recon) {
+                let problem = format!("{name} is a method from outside; say so in its command");
+                return Err(setting.fault(problem));
+            }
+            return Ok(Method { solver: Solver::Outside(Box::new(outside.clone())), label: name.to_owned() });
+        }
+        Method::find(name, settings).map_err(|e| match e {
+            SuiteError::Variant(text) if !config.methods.is_empty() => {
+                let names: Vec<&str> = config.methods.iter().map(|m| m.name.as_str()).collect();
+                SuiteError::Variant(format!("{text}; the configuration adds {}", names.join(", ")))
+            }
+            other => other,
+        })
+    }
+
+    /// Lets the method answer to a render folder (of one frame or of a sequence) or to a frame folder.
+    ///
+    /// # Errors
+    /// If the frames cannot be read, the method fails, or the work is cancelled.
+    pub fn reconstruct(
+        &self,
+        folder: &Path,
+        out: &Path,
+        progress: &dyn Progress,
+    ) -> Result<Done, SuiteError> {
+        let variant = match &self.solver {
+            Solver::Outside(method) => return outside::reconstruct(method, folder, out, progress),
+            Solver::Variant(variant) => variant,
+        };
+        if Sequence::is(folder) {
+            return Ok(reconstruct_sequence(folder, variant, out, progress)?.whole());
+        }
+        let inner = folder.join(FRAME);
+        reconstruct(if inner.is_dir() { &inner } else { folder }, variant, out, progress)
     }
 }
 

@@ -8,7 +8,7 @@ pub(crate) const PAPER: [u8; 3] = [244, 243, 240];
 pub(crate) const ABSENT: [u8; 3] = [214, 0, 170];
 
 /// The transfer function of sRGB (IEC 61966-2-1), 0..1 to 0..255; what is outside is clipped.
-fn srgb(linear: f32) -> u8 {
+pub(crate) fn srgb(linear: f32) -> u8 {
     let v = linear.clamp(0.0, 1.0);
     let v = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
     (v * 255.0).round() as u8

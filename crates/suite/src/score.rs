@@ -89,7 +89,7 @@ pub fn score(
     ]);
     stage::run("score", out, inputs, progress, |dir| {
         let truth = strandbench_io::read_truth(truth_dir)?;
-        let estimate = strandbench_io::read_estimate(estimate_dir)?;
+        let estimate = strandbench_io::read_any_estimate(estimate_dir, &truth.rig.cameras[0])?;
         write_scored(dir, &truth, &estimate, seed, estimate_dir, progress)
     })
 }

@@ -136,9 +136,50 @@ impl Head {
     }
 }
 
+/// The scalp of the embedded head in any pose: the triangles of `head` that have a corner inside the hairline. `None`
+/// for any other mesh, of which nobody knows where its hair grows.
+pub fn scalp_of(head: &TriMesh) -> Option<TriMesh> {
+    let model = model();
+    if head.triangles != model.skin.triangles || head.vertices.len() != model.skin.vertices.len() {
+        return None;
+    }
+    let mut place = vec![u32::MAX; head.vertices.len()];
+    let mut scalp = TriMesh::default();
+    for &i in model.scalp.indices() {
+        scalp.triangles.push(head.triangles[i as usize].map(|v| {
+            let at = &mut place[v as usize];
+            if *at == u32::MAX {
+                *at = scalp.vertices.len() as u32;
+                scalp.vertices.push(head.vertices[v as usize]);
+            }
+            *at
+        }));
+    }
+    Some(scalp)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_scalp_is_where_hair_grows_and_another_mesh_has_none() {
+        let head = Head::new(160.0);
+        let mut skin = head.skin();
+        let scalp = scalp_of(&skin).unwrap();
+        let area = |m: &TriMesh| -> f32 {
+            let corners = m.triangles.iter().map(|t| t.map(|i| m.vertices[i as usize]));
+            corners.map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length()).sum()
+        };
+        let grown = head.scalp().area_mm2() * head.scale() * head.scale();
+        assert!((area(&scalp) / grown - 1.0).abs() < 1e-4, "{} mm² for {grown}", area(&scalp));
+        let bvh = MeshBvh::new(&scalp.vertices, &scalp.triangles);
+        for root in head.scalp().roots(500, head.scale(), &[3], 1) {
+            assert!(bvh.closest(root.position, None).distance.abs() < 0.1, "{}", root.position);
+        }
+        skin.triangles.swap(0, 1);
+        assert_eq!(scalp_of(&skin), None);
+    }
 
     #[test]
     fn the_field_agrees_with_the_mesh_and_the_head_has_its_breadth() {

@@ -74,6 +74,8 @@ pub(crate) struct Root {
 pub(crate) struct Scalp {
     triangles: Vec<[Vec3; 3]>,
     normals: Vec<[Vec3; 3]>,
+    /// Which triangles of the skin these are, ascending.
+    indices: Vec<u32>,
     /// Running sum of areas, mm².
     cumulative: Vec<f32>,
 }
@@ -84,9 +86,10 @@ const FADE_MM: f32 = 7.0;
 impl Scalp {
     pub fn new(skin: &TriMesh, ear: &[f32]) -> Scalp {
         let vertex_normals = skin.vertex_normals();
-        let mut out = Scalp { triangles: Vec::new(), normals: Vec::new(), cumulative: Vec::new() };
+        let mut out =
+            Scalp { triangles: Vec::new(), normals: Vec::new(), indices: Vec::new(), cumulative: Vec::new() };
         let mut total = 0.0;
-        for t in &skin.triangles {
+        for (i, t) in (0..).zip(&skin.triangles) {
             let corner = t.map(|i| skin.vertices[i as usize]);
             let middle = (corner[0] + corner[1] + corner[2]) / 3.0;
             let on_ear = t.iter().any(|&i| ear[i as usize] > 0.3);
@@ -98,10 +101,16 @@ impl Scalp {
             }
             total += 0.5 * (corner[1] - corner[0]).cross(corner[2] - corner[0]).length();
             out.triangles.push(corner);
+            out.indices.push(i);
             out.normals.push(t.map(|i| vertex_normals[i as usize]));
             out.cumulative.push(total);
         }
         out
+    }
+
+    /// Which triangles of the skin have a corner inside the hairline, ascending.
+    pub fn indices(&self) -> &[u32] {
+        &self.indices
     }
 
     /// Area inside the hairline or next to it at the reference size, mm².

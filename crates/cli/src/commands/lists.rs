@@ -6,7 +6,8 @@ use crate::table;
 use anyhow::Result;
 use serde_json::json;
 use strandbench_recon::VARIANTS;
-use strandbench_suite::{Method, SceneJob, SuiteError};
+use strandbench_suite::outside::Config;
+use strandbench_suite::{Method, SceneJob, Solver, SuiteError};
 
 pub(super) fn scenes(list: &ListArgs, json: bool) -> Result<bool> {
     let entry = |name: &str| SceneJob::open(name, &[]);
@@ -39,7 +40,7 @@ pub(super) fn scenes(list: &ListArgs, json: bool) -> Result<bool> {
     Ok(true)
 }
 
-pub(super) fn variants(list: &ListArgs, json: bool) -> Result<bool> {
+pub(super) fn variants(list: &ListArgs, config: &Config, json: bool) -> Result<bool> {
     match list {
         ListArgs::List => {
             if json {
@@ -48,14 +49,26 @@ pub(super) fn variants(list: &ListArgs, json: bool) -> Result<bool> {
             for v in VARIANTS {
                 println!("{:<22} {}", v.name, v.asks);
             }
+            for m in &config.methods {
+                println!("{:<22} {} (a program of its own)", m.name, m.asks);
+            }
         }
         ListArgs::Show { name } => {
-            let method = Method::find(name, &[])?;
+            let variant = match Method::find_in(name, &[], config)?.solver {
+                Solver::Variant(variant) => variant,
+                Solver::Outside(m) => {
+                    if json {
+                        return print_json(&json!({"name": m.name, "asks": m.asks, "command": m.command}));
+                    }
+                    println!("{}: {}\n  command = {:?}", m.name, m.asks, m.command);
+                    return Ok(true);
+                }
+            };
             if json {
-                return print_json(&serde_json::to_value(method.variant)?);
+                return print_json(&serde_json::to_value(variant)?);
             }
-            println!("{}: {}", method.variant.name, method.variant.asks);
-            for (key, value) in method.variant.entries() {
+            println!("{}: {}", variant.name, variant.asks);
+            for (key, value) in variant.entries() {
                 println!("  {key} = {value}");
             }
         }

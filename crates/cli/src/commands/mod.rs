@@ -1,14 +1,16 @@
 //! Each command as a call into the suite.
 
+mod door;
 mod files;
 mod lists;
 mod stages;
 
-use crate::args::{Args, Command, ImportOptionArgs, RunArgs, SceneArgs};
+use crate::args::{Args, BaselinesCommand, Command, DatasetCommand, ImportOptionArgs, RunArgs, SceneArgs};
 use crate::progress::{Show, listen_for_ctrl_c};
 use crate::table;
 use anyhow::{Result, anyhow, bail};
 use strandbench_io::{ImportOptions, PRESETS};
+use strandbench_suite::outside::Config;
 use strandbench_suite::{Cell, Lock, Method, Part, SceneJob};
 
 /// Runs the command; `false` if it ran and something in it failed.
@@ -18,22 +20,28 @@ pub fn run(args: &Args) -> Result<bool> {
     }
     let show = Show::new(args.common.quiet);
     let json = args.common.json;
+    let config = || Config::load(args.common.config.as_deref());
     match &args.command {
         Command::Scenes(list) => lists::scenes(list, json),
-        Command::Variants(list) => lists::variants(list, json),
+        Command::Variants(list) => lists::variants(list, &config()?, json),
+        Command::Baselines(BaselinesCommand::List) => door::list_baselines(json),
         work => {
             listen_for_ctrl_c()?;
             match work {
                 Command::Bench(a) => crate::bench::run(a, args.common.threads, &show, json),
-                Command::Run(a) => run_job(a, &show, json),
+                Command::Run(a) => run_job(a, &config()?, &show, json),
                 Command::Render(a) => stages::render(a, &show, json),
-                Command::Reconstruct(a) => stages::reconstruct(a, &show, json),
+                Command::Reconstruct(a) => stages::reconstruct(a, &config()?, &show, json),
                 Command::Score(a) => stages::score(a, &show, json),
                 Command::Report(a) => stages::report(a, &show, json),
                 Command::Import(a) => files::import(a, &show, json),
                 Command::Export(a) => files::export(a, &show, json),
+                Command::Dataset(DatasetCommand::Export(a)) => door::export_dataset(a, &show, json),
+                Command::Baselines(BaselinesCommand::Config(a)) => door::write_baselines(a, &show, json),
                 Command::Crosscheck(a) => crate::crosscheck::crosscheck(a, &show, json),
-                Command::Scenes(_) | Command::Variants(_) => unreachable!("answered above"),
+                Command::Scenes(_) | Command::Variants(_) | Command::Baselines(BaselinesCommand::List) => {
+                    unreachable!("answered above")
+                }
             }
         }
     }
@@ -97,10 +105,10 @@ fn suffix(args: &SceneArgs) -> String {
     seed.into_iter().chain(sampling.map(|s| format!("+{}={}", s.key, s.value))).collect()
 }
 
-fn cells(args: &SceneArgs, variants: &[String]) -> Result<Vec<Cell>> {
+fn cells(args: &SceneArgs, variants: &[String], config: &Config) -> Result<Vec<Cell>> {
     let settings = strandbench_suite::render_settings(&args.settings)?;
     let methods: Vec<Method> =
-        variants.iter().map(|v| Method::find(v, &args.settings)).collect::<Result<_, _>>()?;
+        variants.iter().map(|v| Method::find_in(v, &args.settings, config)).collect::<Result<_, _>>()?;
     let mut cells = Vec::new();
     for scene in scene_jobs(args)? {
         for method in &methods {
@@ -125,8 +133,8 @@ fn say_notes(cells: &[Cell], show: &Show) {
     }
 }
 
-fn run_job(args: &RunArgs, show: &Show, json: bool) -> Result<bool> {
-    let mut cells = cells(&args.scene, &args.variant)?;
+fn run_job(args: &RunArgs, config: &Config, show: &Show, json: bool) -> Result<bool> {
+    let mut cells = cells(&args.scene, &args.variant, config)?;
     cells.iter_mut().for_each(|cell| cell.time_limit_s = args.time_limit);
     say_notes(&cells, show);
     let _lock = Lock::take(&args.scene.out)?;

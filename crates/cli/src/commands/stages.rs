@@ -7,6 +7,7 @@ use crate::table;
 use anyhow::{Context, Result, anyhow, bail};
 use serde_json::json;
 use std::path::{Path, PathBuf};
+use strandbench_suite::outside::Config;
 use strandbench_suite::sequence::{self, ALL_FRAMES, Sequence};
 use strandbench_suite::{Done, ESTIMATE, FRAME, Lock, Method, Part, Places, Setting, TRUTH};
 
@@ -14,7 +15,7 @@ pub(super) fn render(args: &RenderArgs, show: &Show, json: bool) -> Result<bool>
     if let Some(wrong) = args.scene.settings.iter().find(|s| s.part == Part::Recon) {
         bail!("--set {wrong}: rendering has no such setting; use scene.KEY or render.KEY");
     }
-    let cells = cells(&args.scene, &["luo".to_owned()])?;
+    let cells = cells(&args.scene, &["luo".to_owned()], &Config::default())?;
     say_notes(&cells, show);
     let _lock = Lock::take(&args.scene.out)?;
     let mut done = Vec::new();
@@ -47,35 +48,27 @@ fn beside(folder: &Path, up: usize, name: &str) -> Result<PathBuf> {
     Ok(base.join(name))
 }
 
-pub(super) fn reconstruct(args: &ReconstructArgs, show: &Show, json: bool) -> Result<bool> {
+pub(super) fn reconstruct(args: &ReconstructArgs, config: &Config, show: &Show, json: bool) -> Result<bool> {
     if let Some(wrong) = args.settings.iter().find(|s: &&Setting| s.part != Part::Recon) {
         bail!("--set {wrong}: only the method's parameters can be changed here");
     }
-    let method = Method::find(&args.variant, &args.settings)?;
-    if Sequence::is(&args.folder) {
-        let out = match &args.out {
-            Some(out) => out.clone(),
-            None => beside(&args.folder, 1, &method.label)?.join("reconstruct"),
-        };
-        let stages = sequence::reconstruct_sequence(&args.folder, &method.variant, &out, show)?;
-        return tell(&[stages.whole()], show, json);
-    }
-    let frame = if args.folder.join(FRAME).is_dir() { args.folder.join(FRAME) } else { args.folder.clone() };
+    let method = Method::find_in(&args.variant, &args.settings, config)?;
+    let rendered = Sequence::is(&args.folder) || args.folder.join(FRAME).is_dir();
     let out = match &args.out {
         Some(out) => out.clone(),
-        None if frame != args.folder => beside(&args.folder, 1, &method.label)?.join("reconstruct"),
+        None if rendered => beside(&args.folder, 1, &method.label)?.join("reconstruct"),
         None => bail!("{} is not a render folder; say where to write with --out DIR", args.folder.display()),
     };
-    tell(&[strandbench_suite::reconstruct(&frame, &method.variant, &out, show)?], show, json)
+    tell(&[method.reconstruct(&args.folder, &out, show)?], show, json)
 }
 
 /// Scores the frames of a variant folder, or of a folder of answers; `None` if the truth is not of a sequence.
-fn score_sequence(args: &ScoreArgs, show: &Show) -> Result<Option<Done>> {
-    let within = args.folder.join("reconstruct");
+fn score_sequence(folder: &Path, args: &ScoreArgs, show: &Show) -> Result<Option<Done>> {
+    let within = folder.join("reconstruct");
     let (answers, variant) = if within.is_dir() {
-        (within, args.folder.clone())
+        (within, folder.to_owned())
     } else {
-        (args.folder.clone(), beside(&args.folder, 1, "")?)
+        (folder.to_owned(), beside(folder, 1, "")?)
     };
     let render = match &args.truth {
         Some(render) => render.clone(),
@@ -95,25 +88,30 @@ fn score_sequence(args: &ScoreArgs, show: &Show) -> Result<Option<Done>> {
 }
 
 pub(super) fn score(args: &ScoreArgs, show: &Show, json: bool) -> Result<bool> {
-    if let Some(done) = score_sequence(args, show)? {
+    let folder = match (&args.folder, &args.estimate) {
+        (Some(folder), _) | (None, Some(folder)) => folder,
+        (None, None) => bail!("say what to score: a variant folder, or --estimate DIR"),
+    };
+    if let Some(done) = score_sequence(folder, args, show)? {
         print_scores(&done.folder.join(ALL_FRAMES), show, json)?;
         return tell(&[done], show, json);
     }
     if !args.rest.is_empty() {
-        bail!("--rest is for sequences; {} is not one", args.folder.display());
+        bail!("--rest is for sequences; {} is not one", folder.display());
     }
-    let candidates = [args.folder.join("reconstruct").join(ESTIMATE), args.folder.join(ESTIMATE)];
+    let candidates = [folder.join("reconstruct").join(ESTIMATE), folder.join(ESTIMATE)];
     let within = candidates.iter().position(|c| c.is_dir());
-    let estimate = within.map_or_else(|| args.folder.clone(), |i| candidates[i].clone());
+    let estimate = within.map_or_else(|| folder.clone(), |i| candidates[i].clone());
     // The variant folder is the one asked for, or its parent if its reconstruct folder was.
     let variant = |name: &str| match within {
-        Some(levels) => beside(&args.folder, levels, name),
-        None if !args.folder.is_dir() => {
-            bail!("{}: there is no such folder; `strandbench reconstruct` makes one", args.folder.display())
+        Some(levels) => beside(folder, levels, name),
+        None if !folder.is_dir() => {
+            bail!("{}: there is no such folder; `strandbench reconstruct` makes one", folder.display())
         }
-        None => bail!("{} is a bare estimate; say --truth DIR and --out DIR", args.folder.display()),
+        None => bail!("{} is a bare estimate; say --truth DIR and --out DIR", folder.display()),
     };
     let truth = match &args.truth {
+        Some(render) if render.join(TRUTH).is_dir() => render.join(TRUTH),
         Some(truth) => truth.clone(),
         None => variant("../render")?.join(TRUTH),
     };

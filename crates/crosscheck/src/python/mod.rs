@@ -4,7 +4,7 @@ mod environment;
 mod process;
 
 use crate::{Bundle, Case, CrossError};
-use environment::environment;
+pub use environment::environment;
 use process::finish;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -89,7 +89,7 @@ impl Witness {
         {
             return Ok(witness);
         }
-        at(&environment(out, monitor)?).probed(monitor)
+        at(&environment("witness", REQUIREMENTS, out, monitor)?).probed(monitor)
     }
 
     /// Whether the vectorised variant can be used.

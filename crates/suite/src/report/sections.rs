@@ -97,6 +97,10 @@ pub(crate) fn thousands(n: u64) -> String {
 /// The energy reached and how far from the optimum it can be at most.
 pub(crate) fn energy(data: &Data) -> Markup {
     let d = &data.diagnostics;
+    if d.labels == 0 {
+        // A method from outside, which says nothing of labels and their energy.
+        return html! {};
+    }
     html! {
         h2 { "Energy of the labelling" }
         p {

@@ -35,15 +35,16 @@ pub(crate) fn after_render(
     rendered: Done,
     progress: &dyn Progress,
 ) -> Result<Vec<Done>, (&'static str, SuiteError)> {
-    let reconstructed =
-        reconstruct_sequence(&places.render, &cell.method.variant, &places.reconstruct, progress)
-            .map_err(|e| ("reconstruct", e))?;
+    let reconstructed = cell
+        .method
+        .reconstruct(&places.render, &places.reconstruct, progress)
+        .map_err(|e| ("reconstruct", e))?;
     let scored =
         score_sequence(&places.render, &places.reconstruct, cell.seed, None, &places.score, progress)
             .map_err(|e| ("score", e))?;
     let reported =
         report::sequence::report(places, &cell.method.label, progress).map_err(|e| ("report", e))?;
-    Ok(vec![rendered, reconstructed.whole(), scored.whole(), reported])
+    Ok(vec![rendered, reconstructed, scored.whole(), reported])
 }
 
 /// The frames of one stage.

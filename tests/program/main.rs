@@ -1,10 +1,13 @@
 //! The program as its users meet it: arguments in, folders, text and exit codes out.
 
 mod bad_input;
+mod baselines;
+mod dataset;
 mod fakes;
 mod hair_file;
 mod job;
 mod layering;
+mod outside;
 mod sequence;
 mod stop;
 mod support;

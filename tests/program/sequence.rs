@@ -21,7 +21,7 @@ start_s = 0.0
 guides = 100
 "#;
 
-const SCENE: &str = "moving+samples_per_pixel=8+max_samples_per_pixel=8";
+pub const SCENE: &str = "moving+samples_per_pixel=8+max_samples_per_pixel=8";
 const SETTINGS: [&str; 6] = [
     "render.samples_per_pixel=8",
     "render.max_samples_per_pixel=8",
@@ -49,7 +49,7 @@ fn scene(dir: &Path) {
 }
 
 /// A folder in which a tiny moving scene has been run; shared, so look and do not touch.
-fn finished() -> &'static Path {
+pub fn finished() -> &'static Path {
     static DONE: OnceLock<PathBuf> = OnceLock::new();
     DONE.get_or_init(|| {
         let dir = folder("moving");

@@ -26,6 +26,12 @@ pub const BASELINES: &[Baseline] = &[
         time_limit_s: 600,
     },
     Baseline {
+        name: "beeler-ncc",
+        asks: "pyramid stereo by NCC with refinement of the surface, after Beeler et al. 2010 (Fig. 14)",
+        arguments: &["beeler_ncc.py", "{input}", "{output}"],
+        time_limit_s: 1800,
+    },
+    Baseline {
         name: "plane-sweep",
         asks: "the worked example: plane sweep with NCC over all cameras, no smoothness",
         arguments: &["plane_sweep.py", "{input}", "{output}"],
@@ -37,6 +43,7 @@ pub const BASELINES: &[Baseline] = &[
 pub const PROGRAMS: &[(&str, &str)] = &[
     ("dataset.py", include_str!("../../../reports/baselines/dataset.py")),
     ("opencv_sgbm.py", include_str!("../../../reports/baselines/opencv_sgbm.py")),
+    ("beeler_ncc.py", include_str!("../../../reports/baselines/beeler_ncc.py")),
     ("plane_sweep.py", include_str!("../../../reports/baselines/plane_sweep.py")),
 ];
 

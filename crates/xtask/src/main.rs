@@ -52,11 +52,16 @@ fn venv_bin(root: &Path) -> PathBuf {
     root.join(".venv").join(if cfg!(windows) { "Scripts" } else { "bin" })
 }
 
-/// Makes `.venv` from the pinned requirements, once per content of the requirements files: the oracles' and the
-/// cross-check's. The interpreter, or
-/// nothing (said aloud) on a machine without Python; in CI it must be there.
+/// Makes `.venv` from the pinned requirements, once per content of the requirements files: the oracles', the
+/// cross-check's and the baselines'. The interpreter, or nothing (said aloud) on a machine without Python; in CI it must
+/// be there.
 fn setup(root: &Path) -> Result<Option<PathBuf>> {
-    let lists = ["crates/xtask/requirements.txt", "renderer/mitsuba/requirements.txt"].map(|f| root.join(f));
+    let lists = [
+        "crates/xtask/requirements.txt",
+        "renderer/mitsuba/requirements.txt",
+        "reports/baselines/requirements.txt",
+    ]
+    .map(|f| root.join(f));
     let read =
         |list: &PathBuf| std::fs::read_to_string(list).with_context(|| format!("reading {}", list.display()));
     let wanted = lists.iter().map(read).collect::<Result<String>>()?;

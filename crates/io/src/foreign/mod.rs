@@ -62,7 +62,7 @@ pub fn read_any_estimate(dir: &Path, reference: &Camera) -> Result<Estimate> {
         return Ok(estimate);
     }
     let one = |names: &[&'static str], what: &str| -> Result<Option<PathBuf>> {
-        let found: Vec<&str> = names.iter().copied().filter(|n| there(&n)).collect();
+        let found: Vec<&str> = names.iter().copied().filter(|n| there(n)).collect();
         match found[..] {
             [] => Ok(None),
             [name] => Ok(Some(dir.join(name))),

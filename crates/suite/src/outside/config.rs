@@ -162,16 +162,16 @@ impl Outside {
     pub(crate) fn program(&self) -> Result<PathBuf, String> {
         let name = Path::new(&self.command[0]);
         if name.components().count() > 1 {
-            let path = self.folder.join(name);
+            let path: PathBuf = self.folder.join(name).components().collect();
             return if path.is_file() {
                 Ok(path)
             } else {
-                Err(format!("there is no program {}", path.display()))
+                Err(format!("cannot be started: there is no program {}", path.display()))
             };
         }
         let path = std::env::var_os("PATH").unwrap_or_default();
         let found = std::env::split_paths(&path).map(|dir| dir.join(name)).find(|p| p.is_file());
-        found.ok_or_else(|| format!("there is no program {} in PATH", name.display()))
+        found.ok_or_else(|| format!("cannot be started: there is no program {} in PATH", name.display()))
     }
 
     /// What its answer depends on beside the images, by name: the command, the program's file, every file that an

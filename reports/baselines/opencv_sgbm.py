@@ -28,7 +28,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("dataset")
     parser.add_argument("answer")
-    parser.add_argument("--block", type=int, default=5)
+    parser.add_argument("--block", type=int, default=9)
     args = parser.parse_args()
     cv2.setNumThreads(1)
     dataset.answer(args.dataset, args.answer, lambda pair: pair_depth(pair, args.block))

@@ -1,5 +1,5 @@
 //! Methods of the field through the door for methods from outside.
-#![cfg(unix)]
+#![cfg(target_os = "linux")]
 
 use crate::outside::args;
 use crate::support::{SCENE, copy_of_finished, files, folder, json, ok};

@@ -1,5 +1,5 @@
 //! Methods from outside: fakes with known outcomes through the same run as any method, and what each row says.
-#![cfg(unix)]
+#![cfg(target_os = "linux")]
 
 use crate::sequence;
 use crate::support::{

@@ -6,6 +6,7 @@ mod dataset;
 mod fakes;
 mod hair_file;
 mod job;
+mod judge;
 mod layering;
 mod outside;
 mod sequence;

@@ -152,6 +152,7 @@ pub fn results(out: &Path) -> BTreeMap<String, Vec<u8>> {
         "report.html",
         "index.json",
         "index.html",
+        "history.sqlite",
     ];
     let mut all = files(out);
     all.retain(|name, _| !timed.iter().any(|t| name.ends_with(t)) && !name.ends_with(".lock"));

@@ -1,5 +1,6 @@
 //! What can be asked for.
 
+use crate::judge_args::{CompareArgs, GateArgs, HistoryArgs};
 use clap::{Args as ClapArgs, Parser, Subcommand};
 use std::path::PathBuf;
 use strandbench_suite::Setting;
@@ -129,6 +130,40 @@ Reads .hair, .data, .ply and .tfx; writes .hair, .data, .ply or .obj by OUT's en
 A sequence becomes a file a frame; with .usda an index beside them plays as one animation in any program that reads
 USD. Millimetres, +y up.")]
     Export(ExportArgs),
+    /// Two variants or two earlier results, scene by scene: differences with intervals
+    #[command(after_help = "Examples:
+  strandbench run --all --variant luo --variant luo-ncc
+  strandbench compare luo-ncc luo                    two variants of that run
+  strandbench compare before after --markdown        two run folders, for a pull request
+  strandbench compare luo luo-fast --fail-if inferior --margin A1.median=0.1
+
+A difference is B less A, the mean over scenes; its 95 % interval comes from a bootstrap over scenes, clumps and
+strands. p is exact by flipping signs, and corrected for the number of primary metrics; all others are exploratory.
+A failed cell is the worst answer and is never dropped.
+
+Exit code 0: the rule of --fail-if does not apply. 1: it does, or nothing could be compared.")]
+    Compare(CompareArgs),
+    /// For CI: does a run still give what the committed reference says?
+    #[command(after_help = "Examples:
+  strandbench gate                                   run the plan, compare every figure with the reference
+  strandbench gate --accept                          the changes are wanted: write them as the new reference
+  strandbench gate --run results                     hold an earlier run against it
+  strandbench gate --fresh 6                         six fresh seeds a scene: nothing lost beyond the plan's margins?
+  strandbench gate --fresh 20 --a-a 2000             how often that fails though nothing changed
+
+Any change beyond its tolerance fails, improvements included, until it is accepted. So does a missing or failed cell,
+another protocol, and a run that evaluated nothing.
+
+Exit code 0: the gate is open. 1: it is shut.")]
+    Gate(GateArgs),
+    /// What earlier runs into a folder measured, as a table, a page with charts, or CSV
+    #[command(after_help = "Examples:
+  strandbench history
+  strandbench history --metric A1.median --metric A1.p90 --scene straight-blonde
+  strandbench history --csv > history.csv
+
+Every run adds to history.sqlite in its folder, which any program that knows SQLite can read.")]
+    History(HistoryArgs),
     /// The renderer against other programs: Mitsuba 3, Embree, and a second writing of the fibre model
     #[command(after_help = "Examples:
   strandbench crosscheck                            cameras, geometry, scattering, direct light: a minute

@@ -4,6 +4,7 @@ mod args;
 mod bench;
 mod commands;
 mod crosscheck;
+mod judge_args;
 mod progress;
 mod table;
 

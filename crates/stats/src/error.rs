@@ -34,6 +34,14 @@ pub enum StatsError {
         /// What is wrong.
         problem: String,
     },
+    /// The samples of a stratum are too small.
+    #[error("{name}: {problem}")]
+    Stratum {
+        /// The stratum.
+        name: String,
+        /// What is wrong.
+        problem: String,
+    },
     /// An option out of its range.
     #[error("{name} is {value}: {expected}")]
     Option {

@@ -12,6 +12,7 @@ mod holm;
 mod interval;
 mod permutation;
 mod scenes;
+mod stratified;
 mod units;
 mod verdict;
 
@@ -20,6 +21,7 @@ pub use error::StatsError;
 pub use holm::holm;
 pub use interval::{Kind, expanded_tail};
 pub use permutation::{Test, sign_flip};
+pub use stratified::{Stratified, Stratum, stratified};
 pub use units::{Statistic, Units};
 pub use verdict::{Verdict, verdict};
 

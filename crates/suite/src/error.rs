@@ -71,6 +71,22 @@ pub enum SuiteError {
         /// The end of what it wrote to standard error.
         said: String,
     },
+    /// A gate could not decide, which fails it.
+    #[error("the gate stays shut: {problem}")]
+    Gate {
+        /// What is wrong and what to do.
+        problem: String,
+    },
+    /// Two results cannot be compared.
+    #[error("{a} and {b}: {problem}")]
+    Compare {
+        /// Baseline.
+        a: String,
+        /// The other.
+        b: String,
+        /// What is wrong and what to do.
+        problem: String,
+    },
     /// No score could be given.
     #[error("scoring {}: {problem}", folder.display())]
     Score {

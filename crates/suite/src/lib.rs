@@ -7,6 +7,7 @@
 //! OUT/<scene>/<variant>/score/        scores.json  scores.csv  errors.exr  errors_<metric>_<subject>.f32  places_A1.u32
 //! OUT/<scene>/<variant>/report/       report.html  report.json  report.csv
 //! OUT/index.html, index.json          all cells of the last run, pooled
+//! OUT/history.sqlite                  all runs, see [`history`]
 //! ```
 //! A moving scene has such a folder for every frame: see [`sequence`].
 //!
@@ -15,13 +16,16 @@
 
 pub mod baselines;
 mod cell;
+pub mod compare;
 pub mod dataset;
 mod deadline;
 mod error;
 mod export;
 mod exposure;
 mod framing;
+pub mod gate;
 pub mod hash;
+pub mod history;
 mod identity;
 mod import;
 mod lock;
@@ -33,6 +37,7 @@ mod pool;
 mod reconstruct;
 mod render;
 pub mod report;
+mod results;
 mod scene_job;
 mod score;
 pub mod sequence;
@@ -50,11 +55,13 @@ pub use method::{Method, Solver, variants_table};
 pub use pool::{Summary, run_all};
 pub use reconstruct::{DIAGNOSTICS, ESTIMATE, reconstruct};
 pub use render::{FRAME, RENDER_FILE, RenderFile, TRUTH, read_render_file, render};
+pub use results::{CellResult, Line, Results};
 pub use scene_job::{SceneJob, all_scenes};
 pub use score::{Curve, ERROR_CHANNEL, ERRORS, PLACES, SCORES, ScoreFile, read_curve, read_places, score};
-pub use settings::{Part, Setting, render_settings};
+pub use settings::{Part, Setting, render_settings, render_suffix};
 pub use stage::{Done, Progress, RECORD_FILE, Record, read_record};
 pub use strandbench_score::{Place, Score};
+pub use strandbench_stats::Unit;
 
 use deadline::Deadline;
 use std::path::Path;

@@ -4,7 +4,7 @@ use crate::cell::{Outcome, Row};
 use crate::report::index;
 use crate::score::{SCORES, ScoreFile, read_curve};
 use crate::stage::{Progress, read_json, write_json};
-use crate::{Cell, SuiteError, run_cell};
+use crate::{Cell, SuiteError, history, run_cell};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -17,6 +17,9 @@ pub struct Summary {
     pub pooled: Vec<Pooled>,
     /// The table over all rows.
     pub index: PathBuf,
+    /// Why the run is not in the history, if it is not; the results stand all the same.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub history_problem: Option<String>,
 }
 
 /// |A1 error| of one subject over all scenes of a variant: raw errors pooled, each scene with the same weight.
@@ -61,7 +64,8 @@ pub fn run_all(cells: &[Cell], out: &Path, progress: &dyn Progress) -> Result<Su
 
 fn summarise(rows: Vec<Row>, out: &Path) -> Result<Summary, SuiteError> {
     let pooled = pool(&rows)?;
-    let summary = Summary { rows, pooled, index: out.join("index.html") };
+    let history_problem = history::append(out, &rows).err().map(|e| e.to_string());
+    let summary = Summary { rows, pooled, index: out.join("index.html"), history_problem };
     write_whole(&summary.index, index::page(&summary, out).as_bytes())?;
     let json = out.join("index.json");
     let temp = out.join(".index.json.new");

@@ -1,15 +1,15 @@
 //! One page per scene and variant that opens from disk, and the same figures as JSON and CSV.
 
-mod chart;
+pub(crate) mod chart;
 mod data;
 mod goals;
 pub(crate) mod index;
 mod lines;
-mod page;
+pub(crate) mod page;
 mod rig;
 mod sections;
 pub mod sequence;
-mod tables;
+pub(crate) mod tables;
 mod turntable;
 mod views;
 

@@ -99,6 +99,13 @@ pub(crate) fn put(table: &mut toml::Table, setting: &Setting) -> Result<(), Suit
     Ok(())
 }
 
+/// What else than the scene a render's folder name tells ([`crate::Cell::suffix`]): another seed than 1, other sampling.
+pub fn render_suffix(seed: u64, settings: &[Setting]) -> String {
+    let seed = (seed != 1).then(|| format!("+seed={seed}"));
+    let sampling = settings.iter().filter(|s| s.part == Part::Render);
+    seed.into_iter().chain(sampling.map(|s| format!("+{}={}", s.key, s.value))).collect()
+}
+
 /// Renderer settings with the overrides of [`Part::Render`] applied.
 ///
 /// # Errors

@@ -8,7 +8,8 @@ use std::time::Instant;
 const HELP: &str = "\
 cargo xtask TASK
 
-  test      set up the Python environment of the oracles, then: formatting, clippy, licences, docs, every test
+  test      set up the Python environment of the oracles, then: formatting, clippy, licences, docs, every
+            test, and the gate on reports/gate.csv
   setup     only set up the Python environment
   lint      formatting, clippy, licences and docs
 
@@ -33,7 +34,8 @@ fn task() -> Result<()> {
         Some("test") => {
             let python = setup(&root)?;
             lint(&root)?;
-            test(&root, python.as_deref())
+            test(&root, python.as_deref())?;
+            gate(&root)
         }
         Some("setup") => setup(&root).map(|_| ()),
         Some("lint") => {
@@ -111,6 +113,11 @@ fn test(root: &Path, python: Option<&Path>) -> Result<()> {
     let tests = ["test", "--workspace", "--lib", "--bins", "--tests", "--no-fail-fast"];
     cargo(root, &[&tests[..], &PROFILE].concat(), python)?;
     cargo(root, &[&["test", "--workspace", "--doc"], &PROFILE[..]].concat(), python)
+}
+
+/// Every figure of a small set must be what the committed reference says.
+fn gate(root: &Path) -> Result<()> {
+    cargo(root, &[&["run"], &PROFILE[..], &["--", "gate", "--quiet", "--out", "target/gate"]].concat(), None)
 }
 
 fn cargo_command(root: &Path, args: &[&str]) -> Command {

@@ -2,6 +2,8 @@
 
 mod door;
 mod files;
+mod gate;
+mod judge;
 mod lists;
 mod stages;
 
@@ -11,7 +13,7 @@ use crate::table;
 use anyhow::{Result, anyhow, bail};
 use strandbench_io::{ImportOptions, PRESETS};
 use strandbench_suite::outside::Config;
-use strandbench_suite::{Cell, Lock, Method, Part, SceneJob};
+use strandbench_suite::{Cell, Lock, Method, SceneJob, render_suffix};
 
 /// Runs the command; `false` if it ran and something in it failed.
 pub fn run(args: &Args) -> Result<bool> {
@@ -38,6 +40,9 @@ pub fn run(args: &Args) -> Result<bool> {
                 Command::Export(a) => files::export(a, &show, json),
                 Command::Dataset(DatasetCommand::Export(a)) => door::export_dataset(a, &show, json),
                 Command::Baselines(BaselinesCommand::Config(a)) => door::write_baselines(a, &show, json),
+                Command::Compare(a) => judge::compare(a, &show, json),
+                Command::Gate(a) => gate::gate(a, &show, json),
+                Command::History(a) => judge::history(a, &show, json),
                 Command::Crosscheck(a) => crate::crosscheck::crosscheck(a, &show, json),
                 Command::Scenes(_) | Command::Variants(_) | Command::Baselines(BaselinesCommand::List) => {
                     unreachable!("answered above")
@@ -98,13 +103,6 @@ fn import_options(args: &ImportOptionArgs) -> Result<ImportOptions> {
     Ok(options)
 }
 
-/// What else than the scene a render's folder name tells: another seed, other sampling.
-fn suffix(args: &SceneArgs) -> String {
-    let seed = (args.seed != 1).then(|| format!("+seed={}", args.seed));
-    let sampling = args.settings.iter().filter(|s| s.part == Part::Render);
-    seed.into_iter().chain(sampling.map(|s| format!("+{}={}", s.key, s.value))).collect()
-}
-
 fn cells(args: &SceneArgs, variants: &[String], config: &Config) -> Result<Vec<Cell>> {
     let settings = strandbench_suite::render_settings(&args.settings)?;
     let methods: Vec<Method> =
@@ -116,7 +114,7 @@ fn cells(args: &SceneArgs, variants: &[String], config: &Config) -> Result<Vec<C
                 scene: scene.clone(),
                 method: method.clone(),
                 settings: settings.clone(),
-                suffix: suffix(args),
+                suffix: render_suffix(args.seed, &args.settings),
                 seed: args.seed,
                 frames: args.frames,
                 time_limit_s: None,
@@ -147,6 +145,9 @@ fn run_job(args: &RunArgs, config: &Config, show: &Show, json: bool) -> Result<b
     let failed: Vec<String> = summary.rows.iter().filter_map(table::failure).collect();
     for line in &failed {
         eprintln!("strandbench: {line}");
+    }
+    if let Some(problem) = &summary.history_problem {
+        eprintln!("strandbench: this run is not in the history: {problem}");
     }
     Ok(failed.is_empty())
 }

@@ -88,7 +88,7 @@ fn it_fails_closed() {
     assert!(faults(&[good()], &[]).contains("variant v of the reference was not run"));
     let mut fewer = good();
     fewer.cells.pop_last();
-    assert_eq!(faults(&[good()], &[fewer.clone()]), "s2 by v, seed 1: not run");
+    assert_eq!(faults(&[good()], std::slice::from_ref(&fewer)), "s2 by v, seed 1: not run");
     assert_eq!(faults(&[fewer], &[good()]), "s2 by v, seed 1: not in the reference");
     let other = Results { protocol: "v9".to_owned(), ..good() };
     assert!(faults(&[good()], &[other]).contains("protocol \"v9\" now"));
@@ -106,10 +106,10 @@ fn an_accepted_run_passes_and_a_failed_one_is_not_accepted() {
     let file = dir.path().join("gate.csv");
     // A third is no decimal fraction: the shortest text that reads back to the same bits is written.
     let now = results(0..2, |i| i as f64 / 3.0);
-    assert_eq!(accept(&[now.clone()], &file).unwrap(), 18);
+    assert_eq!(accept(std::slice::from_ref(&now), &file).unwrap(), 18);
     let reference = Results::read(&file).unwrap();
     let exact = Plan { tolerance: BTreeMap::new(), ..plan() };
-    assert!(hold(&reference, &[now.clone()], &exact).passes());
+    assert!(hold(&reference, std::slice::from_ref(&now), &exact).passes());
     let before = std::fs::read(&file).unwrap();
     let mut bad = now;
     bad.cells.first_entry().unwrap().get_mut().trouble = Some("failed".to_owned());
@@ -186,20 +186,27 @@ fn noise(key: u64) -> impl Fn(u64) -> f64 {
 #[test]
 fn fresh_seeds_pass_within_the_margin_and_a_loss_does_not() {
     let reference = results(0..6, noise(1));
-    let same = fresh(&[reference.clone()], &[results(100..106, noise(2))], &plan()).unwrap();
+    let same = fresh(std::slice::from_ref(&reference), &[results(100..106, noise(2))], &plan()).unwrap();
     assert!(same[0].passes, "{same:?}");
     let worse = |i: u64| noise(2)(i) + 0.5;
-    assert!(!fresh(&[reference.clone()], &[results(100..106, worse)], &plan()).unwrap()[0].passes);
+    assert!(
+        !fresh(std::slice::from_ref(&reference), &[results(100..106, worse)], &plan()).unwrap()[0].passes
+    );
     let better = |i: u64| noise(2)(i) - 3.0;
-    assert!(fresh(&[reference.clone()], &[results(100..106, better)], &plan()).unwrap()[0].passes);
-    let fails =
-        |now: Results, plan: &Plan| fresh(&[reference.clone()], &[now], plan).unwrap_err().to_string();
+    assert!(
+        fresh(std::slice::from_ref(&reference), &[results(100..106, better)], &plan()).unwrap()[0].passes
+    );
+    let fails = |now: Results, plan: &Plan| {
+        fresh(std::slice::from_ref(&reference), &[now], plan).unwrap_err().to_string()
+    };
     assert!(fails(results(100..101, noise(2)), &plan()).contains("1 seeds"));
     assert!(fails(good(), &Plan { margin: BTreeMap::new(), ..plan() }).contains("no margin"));
     let mut absent = results(100..106, noise(2));
     absent.cells.first_entry().unwrap().get_mut().scores.clear();
     assert!(fails(absent, &plan()).contains("no answer"));
-    assert!(fresh(&[], &[], &plan()).is_err() && fresh(&[reference.clone()], &[], &plan()).is_err());
+    assert!(
+        fresh(&[], &[], &plan()).is_err() && fresh(std::slice::from_ref(&reference), &[], &plan()).is_err()
+    );
 }
 
 #[test]

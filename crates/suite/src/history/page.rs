@@ -11,10 +11,12 @@ const COLOURS: [&str; 6] = ["#0a5c8a", "#b3541e", "#2f7d4f", "#8b5fa8", "#c98a1b
 
 /// Values of one line by run.
 type Runs = BTreeMap<i64, Option<f64>>;
+/// Lines by variant and seed.
+type Lines<'a> = BTreeMap<(&'a str, u64), Runs>;
 
 pub(crate) fn page(entries: &[Entry]) -> String {
     // By scene and metric, then by variant and seed.
-    let mut charts: BTreeMap<(&str, &str, &str), BTreeMap<(&str, u64), Runs>> = BTreeMap::new();
+    let mut charts: BTreeMap<(&str, &str, &str), Lines> = BTreeMap::new();
     for e in entries.iter().filter(|e| !e.metric.is_empty()) {
         let lines = charts.entry((&e.scene, &e.metric, &e.unit)).or_default();
         lines.entry((&e.variant, e.seed)).or_default().insert(e.run, e.value);
@@ -54,7 +56,7 @@ pub(crate) fn page(entries: &[Entry]) -> String {
     frame("strandbench · history", content)
 }
 
-fn chart(lines: &BTreeMap<(&str, u64), Runs>, unit: &str) -> String {
+fn chart(lines: &Lines, unit: &str) -> String {
     let known = lines.values().flat_map(|r| r.values().copied().flatten());
     let (low, high) = known.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
     if low > high {

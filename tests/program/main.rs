@@ -1,5 +1,6 @@
 //! The program as its users meet it: arguments in, folders, text and exit codes out.
 
+mod ablate;
 mod bad_input;
 mod baselines;
 mod dataset;

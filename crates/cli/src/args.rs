@@ -4,6 +4,7 @@ use crate::judge_args::{CompareArgs, GateArgs, HistoryArgs};
 use clap::{Args as ClapArgs, Parser, Subcommand};
 use std::path::PathBuf;
 use strandbench_suite::Setting;
+use strandbench_suite::ablate::Set;
 use strandbench_suite::sequence::Frames;
 
 /// A benchmark for multi-view hair reconstruction: renders hair whose geometry is known, lets a method
@@ -89,6 +90,20 @@ strands.hair, .data, .ply, .obj or .tfx, orientation.exr, orientation_3d.exr, wh
 as not answered. units.json beside them says what is not millimetres in the world; `strandbench dataset export` writes a
 README.md with all of it.")]
     Score(ScoreArgs),
+    /// The papers' ablations as paired differences with intervals: how much a part of the method buys, and whether the
+    /// paper's claim holds
+    #[command(after_help = "Examples:
+  strandbench ablate --list
+  strandbench ablate cameras metric                 six scenes, some minutes each
+  strandbench ablate metric --on full               24 scene-seed cells, hours; what it costs is printed first
+  strandbench ablate gamma --scene mine.toml --scene curly-brown --tune-on wavy-brown --seed 1 --seed 2
+
+Each arm runs with the weight of smoothness of its variant and with one tuned on scenes kept apart, the same trials for
+every arm. What is finished is not repeated: stop with Ctrl-C and give the same command again. The page is
+OUT/ablate/NAME-SET/ablation.html, with a table as CSV and JSON and the pictures beside it.
+
+Exit code 0: every cell was scored. 1: at least one failed (it counts as the worst answer). 130: stopped.")]
+    Ablate(AblateArgs),
     /// Make the report of a scored variant folder
     #[command(after_help = "Example:
   strandbench report strandbench-out/straight-blonde/luo")]
@@ -367,6 +382,37 @@ pub struct BaselinesArgs {
     /// Python with the packages of requirements.txt [default: STRANDBENCH_PYTHON, or an environment made for it]
     #[arg(long, value_name = "FILE")]
     pub python: Option<PathBuf>,
+}
+
+#[derive(ClapArgs, Debug)]
+pub struct AblateArgs {
+    /// Which: see --list; may be repeated
+    #[arg(value_name = "NAME", required_unless_present = "list")]
+    pub names: Vec<String>,
+    /// Print the ablations and what they compare
+    #[arg(long)]
+    pub list: bool,
+    /// small: a few scenes, direct light; full: at least 20 scene-seed cells at the defaults
+    #[arg(long = "on", default_value = "small", value_name = "SET", value_parser = <Set as std::str::FromStr>::from_str)]
+    pub on: Set,
+    /// A scene of the catalogue by name, or a .toml file, instead of a set; may be repeated
+    #[arg(long, value_name = "NAME|FILE.toml", conflicts_with = "on")]
+    pub scene: Vec<String>,
+    /// A scene to tune the weights on, with --scene; without one each variant keeps its own
+    #[arg(long, value_name = "NAME|FILE.toml", requires = "scene")]
+    pub tune_on: Vec<String>,
+    /// Seed of hair, sampling, noise and nulls, with --scene; may be repeated [default: 1]
+    #[arg(long, requires = "scene")]
+    pub seed: Vec<u64>,
+    /// Change one value of all scenes, with --scene: scene.KEY=VALUE or render.KEY=VALUE; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = parse_setting, requires = "scene")]
+    pub settings: Vec<Setting>,
+    /// Frames of a moving scene, with --scene: A..B (without B)
+    #[arg(long, value_name = "A..B", requires = "scene")]
+    pub frames: Option<Frames>,
+    /// Where results go
+    #[arg(long, default_value = "strandbench-out", value_name = "DIR")]
+    pub out: PathBuf,
 }
 
 #[derive(ClapArgs, Debug)]

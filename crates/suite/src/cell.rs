@@ -129,7 +129,7 @@ pub struct Row {
     pub costs: BTreeMap<String, Cost>,
     /// Stages that were re-used in this run.
     pub reused: Vec<String>,
-    /// The page; absent if it failed.
+    /// The page; absent if it failed or none was asked for.
     pub report: Option<PathBuf>,
     /// Folder of raw errors; absent if it failed.
     #[serde(skip)]
@@ -146,7 +146,7 @@ impl Row {
             scores: file.scores,
             costs: stages.iter().map(|d| (d.record.stage.clone(), d.record.cost)).collect(),
             reused: stages.iter().filter(|d| d.reused).map(|d| d.record.stage.clone()).collect(),
-            report: Some(places.report.join(PAGE)),
+            report: stages.iter().any(|d| d.record.stage == "report").then(|| places.report.join(PAGE)),
             score_dir: Some(score_dir),
             ..Row::empty(cell, Outcome::Ok)
         })

@@ -14,6 +14,7 @@
 //! Each of these folders also holds `stage.json`: its key (a hash of inputs, parameters and code), a hash of
 //! every file in it, what it cost, and with which program and machine it was made.
 
+pub mod ablate;
 pub mod baselines;
 mod cell;
 pub mod compare;
@@ -91,12 +92,24 @@ pub fn render_cell(cell: &Cell, out: &Path, progress: &dyn Progress) -> Result<D
 /// # Errors
 /// Only [`SuiteError::Cancelled`] when stopped from outside; every other failure is a row.
 pub fn run_cell(cell: &Cell, out: &Path, progress: &dyn Progress) -> Result<Row, SuiteError> {
+    work(cell, out, true, progress)
+}
+
+/// As [`run_cell`], without a report: for the many cells of a comparison.
+///
+/// # Errors
+/// As [`run_cell`].
+pub(crate) fn score_cell(cell: &Cell, out: &Path, progress: &dyn Progress) -> Result<Row, SuiteError> {
+    work(cell, out, false, progress)
+}
+
+fn work(cell: &Cell, out: &Path, with_report: bool, progress: &dyn Progress) -> Result<Row, SuiteError> {
     let progress = &Deadline::new(progress, cell.time_limit_s);
     let places = cell.places(out);
     let stages = || -> Result<Vec<Done>, (&'static str, SuiteError)> {
         let rendered = render_cell(cell, &places.render, progress).map_err(|e| ("render", e))?;
         if cell.scene.moves() {
-            return sequence::after_render(cell, &places, rendered, progress);
+            return sequence::after_render(cell, &places, rendered, with_report, progress);
         }
 
         let reconstructed = cell
@@ -108,8 +121,11 @@ pub fn run_cell(cell: &Cell, out: &Path, progress: &dyn Progress) -> Result<Row,
         let scored =
             score(&truth, &estimate, cell.seed, &places.score, progress).map_err(|e| ("score", e))?;
 
-        let reported = report::report(&places, &cell.method.label, progress).map_err(|e| ("report", e))?;
-        Ok(vec![rendered, reconstructed, scored, reported])
+        let mut done = vec![rendered, reconstructed, scored];
+        if with_report {
+            done.push(report::report(&places, &cell.method.label, progress).map_err(|e| ("report", e))?);
+        }
+        Ok(done)
     };
     match cell::catch(stages) {
         Ok(stages) => Row::finished(cell, &places, &stages),

@@ -39,6 +39,17 @@ impl CellResult {
     }
 }
 
+impl From<&Row> for CellResult {
+    fn from(row: &Row) -> CellResult {
+        let kept = row.scores.iter().filter(|s| ["method", "N1"].contains(&s.subject.as_str()));
+        CellResult {
+            trouble: row.outcome.trouble(),
+            scores: kept.cloned().collect(),
+            score_dir: row.score_dir.clone(),
+        }
+    }
+}
+
 /// The part of `index.json` that is read.
 #[derive(Deserialize)]
 struct Index {
@@ -198,15 +209,7 @@ fn from_index(file: &Path) -> Result<Vec<Results>, SuiteError> {
             );
             return Err(SuiteError::file(file, problem));
         }
-        let cell = CellResult {
-            trouble: row.outcome.trouble(),
-            scores: row
-                .scores
-                .into_iter()
-                .filter(|s| ["method", "N1"].contains(&s.subject.as_str()))
-                .collect(),
-            score_dir: scored.then(|| variant.join("score")),
-        };
+        let cell = CellResult { score_dir: scored.then(|| variant.join("score")), ..CellResult::from(&row) };
         check(file, &cell)?;
         results.cells.insert(key, cell);
     }

@@ -1,5 +1,6 @@
 //! Each command as a call into the suite.
 
+mod ablate;
 mod door;
 mod files;
 mod gate;
@@ -13,6 +14,7 @@ use crate::table;
 use anyhow::{Result, anyhow, bail};
 use strandbench_io::{ImportOptions, PRESETS};
 use strandbench_suite::outside::Config;
+use strandbench_suite::{Cell, Lock, Method, SceneJob};
 use strandbench_suite::{Cell, Lock, Method, SceneJob, render_suffix};
 
 /// Runs the command; `false` if it ran and something in it failed.
@@ -34,6 +36,7 @@ pub fn run(args: &Args) -> Result<bool> {
                 Command::Run(a) => run_job(a, &config()?, &show, json),
                 Command::Render(a) => stages::render(a, &show, json),
                 Command::Reconstruct(a) => stages::reconstruct(a, &config()?, &show, json),
+                Command::Ablate(a) => ablate::run(a, &show, json),
                 Command::Score(a) => stages::score(a, &show, json),
                 Command::Report(a) => stages::report(a, &show, json),
                 Command::Import(a) => files::import(a, &show, json),

@@ -1,8 +1,8 @@
 //! Two variants, or two earlier results, scene by scene.
 
-mod drawing;
+pub(crate) mod drawing;
 mod page;
-mod text;
+pub(crate) mod text;
 
 #[cfg(test)]
 mod tests;
@@ -234,33 +234,15 @@ pub fn compare(
     }
 
     monitor.begin("compare", shared.len() as u64);
-    let pairs: Vec<(&(String, u64), &CellResult, &CellResult)> =
-        both.iter().map(|k| (*k, &a.cells[*k], &b.cells[*k])).collect();
+    let pairs: Vec<Pair<'_>> = both.iter().map(|k| (*k, &a.cells[*k], &b.cells[*k])).collect();
     let units = raw_errors(&pairs)?;
     let (mut primary, mut exploratory) = (Vec::new(), Vec::new());
     for metric in shared {
         monitor.check()?;
-        let known = strandbench_score::metric(metric).map_err(|e| refused(e.to_string()))?;
-        let cells: Vec<PairedCell> = pairs
-            .iter()
-            .zip(&units)
-            .map(|((key, a, b), units)| PairedCell {
-                scene: key.0.clone(),
-                seed: key.1,
-                a: value(a, b, metric),
-                b: value(b, a, metric),
-                units: (metric == "A1.median").then(|| units.clone()).flatten(),
-            })
-            .collect();
-        let lower_is_better = known.lower_is_better;
-        let options = Options { lower_is_better, ..question.options.clone() };
-        let stats = |e: StatsError| refused(format!("{metric}: {e}"));
-        let difference = paired(&cells, &options).map_err(stats)?;
         let margin = question.margins.get(metric).copied().unwrap_or(0.0);
-        let verdict = verdict(&difference, lower_is_better, margin).map_err(stats)?;
-        let (metric, unit) = (metric.to_owned(), known.unit.to_owned());
-        let into = if PRIMARY.contains(&metric.as_str()) { &mut primary } else { &mut exploratory };
-        into.push(Compared { metric, unit, lower_is_better, difference, p_holm: None, margin, verdict });
+        let compared = by_metric(&pairs, &units, metric, &question.options, margin).map_err(refused)?;
+        let into = if PRIMARY.contains(&metric) { &mut primary } else { &mut exploratory };
+        into.push(compared);
         monitor.advance(1);
     }
     let Some(scenes) = primary.first().map(|m| m.difference.scenes) else {
@@ -283,6 +265,38 @@ pub fn compare(
         primary,
         exploratory,
     })
+}
+
+/// Scene and seed, the baseline's cell and the other's.
+pub(crate) type Pair<'a> = (&'a (String, u64), &'a CellResult, &'a CellResult);
+
+/// Compares pairs of cells, whose raw errors are `units`, by one metric.
+pub(crate) fn by_metric(
+    pairs: &[Pair<'_>],
+    units: &[Option<Units>],
+    metric: &str,
+    options: &Options,
+    margin: f64,
+) -> Result<Compared, String> {
+    let known = strandbench_score::metric(metric).map_err(|e| e.to_string())?;
+    let cells: Vec<PairedCell> = pairs
+        .iter()
+        .zip(units)
+        .map(|((key, a, b), units)| PairedCell {
+            scene: key.0.clone(),
+            seed: key.1,
+            a: value(a, b, metric),
+            b: value(b, a, metric),
+            units: (metric == "A1.median").then(|| units.clone()).flatten(),
+        })
+        .collect();
+    let lower_is_better = known.lower_is_better;
+    let options = Options { lower_is_better, ..options.clone() };
+    let stats = |e: StatsError| format!("{metric}: {e}");
+    let difference = paired(&cells, &options).map_err(stats)?;
+    let verdict = verdict(&difference, lower_is_better, margin).map_err(stats)?;
+    let (metric, unit) = (metric.to_owned(), known.unit.to_owned());
+    Ok(Compared { metric, unit, lower_is_better, difference, p_holm: None, margin, verdict })
 }
 
 fn name(results: &Results) -> String {
@@ -317,9 +331,7 @@ fn value(cell: &CellResult, other: &CellResult, metric: &str) -> Option<f64> {
 }
 
 /// Raw A1 errors of both cells of each pair, where both have them for the same pixels.
-fn raw_errors(
-    pairs: &[(&(String, u64), &CellResult, &CellResult)],
-) -> Result<Vec<Option<Units>>, SuiteError> {
+pub(crate) fn raw_errors(pairs: &[Pair<'_>]) -> Result<Vec<Option<Units>>, SuiteError> {
     let read = |cell: &CellResult| match &cell.score_dir {
         Some(dir) if dir.join(crate::PLACES).is_file() => read_places(dir).map(Some),
         _ => Ok(None),

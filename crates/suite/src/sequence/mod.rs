@@ -33,6 +33,7 @@ pub(crate) fn after_render(
     cell: &Cell,
     places: &Places,
     rendered: Done,
+    with_report: bool,
     progress: &dyn Progress,
 ) -> Result<Vec<Done>, (&'static str, SuiteError)> {
     let reconstructed = cell
@@ -42,9 +43,11 @@ pub(crate) fn after_render(
     let scored =
         score_sequence(&places.render, &places.reconstruct, cell.seed, None, &places.score, progress)
             .map_err(|e| ("score", e))?;
-    let reported =
-        report::sequence::report(places, &cell.method.label, progress).map_err(|e| ("report", e))?;
-    Ok(vec![rendered, reconstructed, scored.whole(), reported])
+    let mut done = vec![rendered, reconstructed, scored.whole()];
+    if with_report {
+        done.push(report::sequence::report(places, &cell.method.label, progress).map_err(|e| ("report", e))?);
+    }
+    Ok(done)
 }
 
 /// The frames of one stage.

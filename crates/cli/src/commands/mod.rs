@@ -14,7 +14,6 @@ use crate::table;
 use anyhow::{Result, anyhow, bail};
 use strandbench_io::{ImportOptions, PRESETS};
 use strandbench_suite::outside::Config;
-use strandbench_suite::{Cell, Lock, Method, SceneJob};
 use strandbench_suite::{Cell, Lock, Method, SceneJob, render_suffix};
 
 /// Runs the command; `false` if it ran and something in it failed.

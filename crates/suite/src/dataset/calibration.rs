@@ -127,7 +127,7 @@ mod tests {
             [DVec3::new(10.0, 40.0, 900.0), DVec3::new(-700.0, -80.0, 500.0), DVec3::new(30.0, 60.0, -950.0)];
         let names = ["center", "side", "back"];
         let camera = |(eye, name): (DVec3, &str)| Camera {
-            focal_px: DVec2::new(1250.123_456_789, 1249.0),
+            focal_px: DVec2::new(1_250.123_456_789, 1249.0),
             principal_px: DVec2::new(321.25, 238.5),
             ..Camera::look_at(
                 name,

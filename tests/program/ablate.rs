@@ -84,6 +84,8 @@ fn what_would_prove_nothing_is_refused() {
     assert!(said.contains("curly-brown") && said.contains("tuned"), "{said}");
     let said = fails(&dir, &["ablate", "gamma", "--scene", "curly-brown", "--set", "recon.lambda=1"]);
     assert!(said.contains("recon.lambda=1"), "{said}");
+    let said = fails(&dir, &["ablate", "denoise", "--scene", "curly-brown"]);
+    assert!(said.contains("curly-brown") && said.contains("one pose"), "{said}");
     assert!(!dir.join("strandbench-out").exists(), "nothing was begun");
     for args in
         [&["ablate"][..], &["ablate", "gamma", "--on", "huge"], &["ablate", "gamma", "--tune-on", "a"]]

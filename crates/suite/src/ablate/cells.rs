@@ -28,11 +28,10 @@ impl FromStr for Set {
 
 /// What is changed in a scene, so that a result does not hang on one lighting, one noise and one calibration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Condition {
-    /// Name in tables.
-    pub name: &'static str,
+struct Condition {
+    name: &'static str,
     /// Settings of the scene, `key=value`.
-    pub changes: &'static [&'static str],
+    changes: &'static [&'static str],
 }
 
 /// The scene as it stands.

@@ -10,7 +10,7 @@ mod judge;
 mod page;
 mod table;
 
-pub use cells::{Condition, Plan, Set};
+pub use cells::{Plan, Set};
 pub use judge::Comparison;
 pub use table::{ABLATIONS, Ablation, Arm};
 
@@ -95,8 +95,9 @@ pub struct Forecast {
 /// What `ablate` would still have to do below `out`: what is there is taken as current.
 ///
 /// # Errors
-/// If a scene or a variant cannot be read.
+/// If a scene or a variant cannot be read, or a scene does not move where it must.
 pub fn forecast(ablation: &Ablation, plan: &Plan, out: &Path) -> Result<Forecast, SuiteError> {
+    check(ablation, plan)?;
     let mut renders = std::collections::BTreeSet::new();
     let mut reconstructions = 0;
     let mut add = |case: &Case, factor: f32| -> Result<(), SuiteError> {
@@ -128,17 +129,35 @@ pub fn forecast(ablation: &Ablation, plan: &Plan, out: &Path) -> Result<Forecast
     Ok(Forecast { renders, reconstructions, seconds })
 }
 
+/// Refuses scenes on which the claim cannot be judged.
+fn check(ablation: &Ablation, plan: &Plan) -> Result<(), SuiteError> {
+    for case in &plan.cases {
+        let scene = cell(plan, case, &ablation.with, 1.0)?.scene;
+        if ablation.moving && !scene.moves() {
+            let problem = format!("has one pose; {} is about hair that moves", ablation.name);
+            return Err(SuiteError::Scene { scene: scene.name, problem });
+        }
+        if plan.frames.is_some() && !scene.moves() {
+            let problem = "has one pose: --frames is for moving scenes".to_owned();
+            return Err(SuiteError::Scene { scene: scene.name, problem });
+        }
+    }
+    Ok(())
+}
+
 /// Runs an ablation; its page, tables and pictures go to `out/ablate/NAME-SET/`, and every cell where `run` has it, so
 /// that what is finished is not repeated.
 ///
 /// # Errors
-/// If the work is cancelled, a scene cannot be read, or the results cannot be written. A cell that fails is a row.
+/// If the work is cancelled, a scene cannot be read or does not move where it must, or the results cannot be written. A
+/// cell that fails is a row.
 pub fn ablate(
     ablation: &Ablation,
     plan: &Plan,
     out: &Path,
     progress: &dyn Progress,
 ) -> Result<Outcomes, SuiteError> {
+    check(ablation, plan)?;
     let run = |case: &Case, arm: &Arm, factor: f32| -> Result<Row, SuiteError> {
         score_cell(&cell(plan, case, arm, factor)?, out, progress)
     };

@@ -86,6 +86,9 @@ fn what_would_prove_nothing_is_refused() {
     assert!(said.contains("recon.lambda=1"), "{said}");
     let said = fails(&dir, &["ablate", "denoise", "--scene", "curly-brown"]);
     assert!(said.contains("curly-brown") && said.contains("one pose"), "{said}");
+    let said =
+        fails(&dir, &["ablate", "denoise", "--scene", "moving-still", "--tune-on", "moving-messy-red"]);
+    assert!(said.contains("moving-messy-red") && said.contains("no weight"), "{said}");
     assert!(!dir.join("strandbench-out").exists(), "nothing was begun");
     for args in
         [&["ablate"][..], &["ablate", "gamma", "--on", "huge"], &["ablate", "gamma", "--tune-on", "a"]]

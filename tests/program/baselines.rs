@@ -2,26 +2,13 @@
 #![cfg(target_os = "linux")]
 
 use crate::outside::args;
-use crate::support::{SCENE, copy_of_finished, files, folder, json, ok};
+use crate::support::{SCENE, copy_of_finished, files, folder, json, ok, python};
 use glam::{DVec2, DVec3};
-use std::process::{Command, Stdio};
 use strandbench_types::{Camera, Frame, Plane, Rig};
-
-/// Python with NumPy and OpenCV.
-fn python() -> Option<String> {
-    let python = std::env::var("STRANDBENCH_PYTHON").unwrap_or_else(|_| "python3".to_owned());
-    let there = Command::new(&python).args(["-c", "import cv2, numpy"]).stderr(Stdio::null()).status();
-    if there.is_ok_and(|s| s.success()) {
-        return Some(python);
-    }
-    assert!(std::env::var_os("CI").is_none(), "CI needs NumPy and OpenCV");
-    println!("ignored, no NumPy and OpenCV: run `cargo xtask test`, or set STRANDBENCH_PYTHON");
-    None
-}
 
 #[test]
 fn the_baselines_run_and_are_rows() {
-    let Some(python) = python() else { return };
+    let Some(python) = python("cv2, numpy") else { return };
     let dir = copy_of_finished("baselines");
     ok(&dir, &["baselines", "config", "--python", &python]);
     let listed = json(&dir, &["baselines", "list"]);
@@ -92,7 +79,7 @@ fn wall() -> (Rig, Frame, Vec<f64>) {
 
 #[test]
 fn the_baselines_find_a_textured_wall() {
-    let Some(python) = python() else { return };
+    let Some(python) = python("cv2, numpy") else { return };
     let dir = folder("wall");
     let (rig, frame, depth) = wall();
     strandbench_io::write_frame(&dir.join("frame"), &rig, &frame).unwrap();

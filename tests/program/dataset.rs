@@ -1,7 +1,7 @@
 //! `dataset export`: what an outside program is given, read back by other programs, and the way back for its answer.
 
 use crate::sequence;
-use crate::support::{SCENE, fails, files, finished, folder, json, ok};
+use crate::support::{SCENE, fails, files, finished, folder, json, ok, python};
 use glam::DVec3;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -15,21 +15,9 @@ fn read(path: &Path) -> Value {
     serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap()
 }
 
-/// Python with pycolmap and OpenCV; says so where there is none, which CI does not accept.
-fn python() -> Option<String> {
-    let python = std::env::var("STRANDBENCH_PYTHON").unwrap_or_else(|_| "python3".to_owned());
-    let there = Command::new(&python).args(["-c", "import cv2, pycolmap"]).stderr(Stdio::null()).status();
-    if there.is_ok_and(|s| s.success()) {
-        return Some(python);
-    }
-    assert!(std::env::var_os("CI").is_none(), "CI needs pycolmap and OpenCV");
-    println!("ignored, no pycolmap and OpenCV: run `cargo xtask test`, or set STRANDBENCH_PYTHON");
-    None
-}
-
 #[test]
 fn colmap_opencv_and_nerf_project_as_the_calibrated_rig_does() {
-    let Some(python) = python() else { return };
+    let Some(python) = python("cv2, pycolmap") else { return };
     let dir = folder("dataset-oracle");
     ok(&dir, &["dataset", "export", render().to_str().unwrap(), "set", "--truth"]);
     let points: Vec<DVec3> = (0..200)

@@ -1,11 +1,11 @@
 //! Comparing, gating and looking back.
 
 use crate::support::{
-    SCENE, copy_of_finished, fails, finished, folder, json, ok, strandbench, text, tiny_args,
+    SCENE, copy_of_finished, fails, finished, folder, json, ok, python, strandbench, text, tiny_args,
 };
 use serde_json::Value;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Command;
 use strandbench_types::{DepthMap, Estimate};
 
 /// A run of two variants on the tiny scene with two seeds would be two runs; one seed is enough to pair.
@@ -75,13 +75,7 @@ fn two_variants_of_a_run_are_compared_pixel_by_pixel_and_the_run_is_in_the_histo
 
 /// `sqlite3` of Python's own library, as pandas and polars use it.
 fn python_reads(file: &Path, figures: usize) {
-    let python = std::env::var("STRANDBENCH_PYTHON").unwrap_or_else(|_| "python3".to_owned());
-    let has = Command::new(&python).args(["-c", "import sqlite3"]).stderr(Stdio::null()).status();
-    if !has.is_ok_and(|s| s.success()) {
-        println!("ignored, no Python with sqlite3: set STRANDBENCH_PYTHON");
-        assert!(std::env::var_os("CI").is_none(), "CI must have Python");
-        return;
-    }
+    let Some(python) = python("sqlite3") else { return };
     let script = "import sqlite3, sys\n\
         rows = sqlite3.connect(sys.argv[1]).execute(\"select scene, variant, seed, value from figures join cells \
         using (run, cell) where metric = 'A1.median'\").fetchall()\n\
@@ -104,6 +98,13 @@ fn a_run_does_not_fail_for_its_history() {
     assert!(error.contains("history.sqlite") && error.contains("damaged"), "{error}");
     std::fs::remove_file(&file).unwrap();
     assert!(fails(&dir, &["history", "--results", "out"]).contains("there is no history"));
+}
+
+#[test]
+fn every_figure_is_what_the_committed_reference_says() {
+    let out = folder("gate-reference");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    ok(root, &["gate", "--quiet", "--out", out.to_str().unwrap()]);
 }
 
 #[test]

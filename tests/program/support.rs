@@ -172,3 +172,16 @@ pub fn reused(summary: &Value) -> Vec<String> {
     let row = &summary["rows"][0]["reused"];
     row.as_array().unwrap().iter().map(|v| v.as_str().unwrap().to_owned()).collect()
 }
+
+/// Python with modules to import; says so where there is none, which CI does not accept.
+pub fn python(modules: &str) -> Option<String> {
+    let python = std::env::var("STRANDBENCH_PYTHON").unwrap_or_else(|_| "python3".to_owned());
+    let import = format!("import {modules}");
+    let there = Command::new(&python).args(["-c", &import]).stderr(std::process::Stdio::null()).status();
+    if there.is_ok_and(|s| s.success()) {
+        return Some(python);
+    }
+    assert!(std::env::var_os("CI").is_none(), "CI needs Python with {modules}");
+    println!("ignored, no Python with {modules}: run `cargo xtask test`, or set STRANDBENCH_PYTHON");
+    None
+}

@@ -1,37 +1,14 @@
-//! Distance to the nearest of many segments: a binary tree of boxes, split at the median.
+//! Distance to the nearest of many segments.
 
+use crate::strands::tree::Tree;
 use crate::visible::Piece;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
-
-/// Segments in a leaf, at most.
-const LEAF: usize = 4;
-
-/// Subtrees larger than this are built on other threads.
-const PARALLEL: usize = 8192;
-
-#[derive(Clone, Copy, Debug)]
-struct Node {
-    lo: DVec3,
-    hi: DVec3,
-    /// Inner node: index of the second child (the first follows the node). Leaf: first segment.
-    link: u32,
-    /// Segments of a leaf; 0 for an inner node.
-    count: u32,
-}
-
-const EMPTY: Node = Node { lo: DVec3::INFINITY, hi: DVec3::NEG_INFINITY, link: 0, count: 0 };
-
-impl Node {
-    /// Squared distance from a point to the box.
-    fn distance_squared(&self, p: DVec3) -> f64 {
-        (self.lo - p).max(p - self.hi).max(DVec3::ZERO).length_squared()
-    }
-}
 
 /// Segments, ready for nearest queries.
 pub(crate) struct SegmentIndex {
-    nodes: Vec<Node>,
+    tree: Tree,
+    /// In the tree's order.
     segments: Vec<Piece>,
     /// Index of each segment in the list that the tree was built from.
     original: Vec<u32>,
@@ -41,13 +18,13 @@ impl SegmentIndex {
     /// # Panics
     /// If there are no segments.
     pub fn new(segments: Vec<Piece>) -> SegmentIndex {
-        assert!(!segments.is_empty() && segments.len() < u32::MAX as usize, "{} segments", segments.len());
-        let middles: Vec<DVec3> = segments.iter().map(|[a, b]| (a + b) * 0.5).collect();
-        let mut order: Vec<u32> = (0..segments.len() as u32).collect();
-        let mut nodes = vec![EMPTY; tree_size(segments.len())];
-        build(&segments, &middles, &mut order, &mut nodes, 0, 0);
-        let sorted = order.iter().map(|&i| segments[i as usize]).collect();
-        SegmentIndex { nodes, segments: sorted, original: order }
+        assert!(!segments.is_empty(), "no segments");
+        let (tree, original) = Tree::new(segments.len(), |i| {
+            let [a, b] = segments[i];
+            outward(a.min(b), a.max(b))
+        });
+        let sorted = original.iter().map(|&i| segments[i as usize]).collect();
+        SegmentIndex { tree, segments: sorted, original }
     }
 
     /// Distance (mm) from `p` to the nearest point of any segment.
@@ -64,33 +41,13 @@ impl SegmentIndex {
     /// Squared distance to the nearest segment, and which it is.
     fn search(&self, p: DVec3) -> (f64, usize) {
         let (mut best, mut found) = (f64::INFINITY, 0);
-        let mut stack = [(0u32, 0.0); 64];
-        let mut top = 1;
-        while top > 0 {
-            top -= 1;
-            let (i, d) = stack[top];
-            if d >= best {
-                continue;
+        self.tree.walk(p, f64::INFINITY, |rank| {
+            let d = point_to_segment_squared(p, &self.segments[rank]);
+            if d < best {
+                (best, found) = (d, rank);
             }
-            let node = &self.nodes[i as usize];
-            if node.count > 0 {
-                for i in node.link as usize..(node.link + node.count) as usize {
-                    let d = point_to_segment_squared(p, &self.segments[i]);
-                    if d < best {
-                        (best, found) = (d, i);
-                    }
-                }
-                continue;
-            }
-            let (near, far) = (i + 1, node.link);
-            let dn = self.nodes[near as usize].distance_squared(p);
-            let df = self.nodes[far as usize].distance_squared(p);
-            let ((near, dn), (far, df)) =
-                if dn <= df { ((near, dn), (far, df)) } else { ((far, df), (near, dn)) };
-            stack[top] = (far, df);
-            stack[top + 1] = (near, dn);
-            top += 2;
-        }
+            best
+        });
         (best, found)
     }
 
@@ -108,51 +65,9 @@ pub(crate) fn point_to_segment_squared(p: DVec3, [a, b]: &Piece) -> f64 {
     (a + u * t - p).length_squared()
 }
 
-/// Nodes of a tree over `n` segments: known ahead, because splits are at the median.
-fn tree_size(n: usize) -> usize {
-    if n <= LEAF { 1 } else { 1 + tree_size(n / 2) + tree_size(n - n / 2) }
-}
-
-/// Builds the tree over `order` into `nodes`, which start at `node_base` of the whole tree, as `order` does
-/// at `order_base` of the whole order.
-fn build(
-    segments: &[Piece],
-    middles: &[DVec3],
-    order: &mut [u32],
-    nodes: &mut [Node],
-    node_base: u32,
-    order_base: u32,
-) {
-    let n = order.len();
-    let (mut lo, mut hi) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for &i in order.iter() {
-        let [a, b] = segments[i as usize];
-        lo = lo.min(a.min(b));
-        hi = hi.max(a.max(b));
-    }
-    if n <= LEAF {
-        nodes[0] = Node { lo, hi, link: order_base, count: n as u32 };
-        return;
-    }
-    let size = hi - lo;
-    let axis = if size.x >= size.y && size.x >= size.z { 0 } else { 1 + usize::from(size.z > size.y) };
-    let key = |i: &u32| middles[*i as usize][axis];
-    order.select_nth_unstable_by(n / 2, |a, b| key(a).total_cmp(&key(b)).then(a.cmp(b)));
-    let (left, right) = order.split_at_mut(n / 2);
-    let (head, rest) = nodes.split_first_mut().expect("tree_size counted this node");
-    let left_size = tree_size(n / 2);
-    let (left_nodes, right_nodes) = rest.split_at_mut(left_size);
-    let right_base = node_base + 1 + left_size as u32;
-    *head = Node { lo, hi, link: right_base, count: 0 };
-    let middle = order_base + (n / 2) as u32;
-    let mut first = || build(segments, middles, left, left_nodes, node_base + 1, order_base);
-    let mut second = || build(segments, middles, right, right_nodes, right_base, middle);
-    if n > PARALLEL {
-        rayon::join(first, second);
-    } else {
-        first();
-        second();
-    }
+/// Corners of a box in single precision that holds the given one.
+pub(crate) fn outward(lo: DVec3, hi: DVec3) -> [Vec3; 2] {
+    [lo.as_vec3().map(f32::next_down), hi.as_vec3().map(f32::next_up)]
 }
 
 #[cfg(test)]
@@ -213,7 +128,7 @@ mod tests {
         let segments = random(3, 30_000, 100.0);
         let run = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| format!("{:?}", SegmentIndex::new(segments.clone()).nodes))
+            pool.install(|| format!("{:?}", SegmentIndex::new(segments.clone()).tree))
         };
         assert!(run(1) == run(3));
     }

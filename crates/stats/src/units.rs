@@ -63,7 +63,8 @@ impl Units {
         if let Some(w) = pairs.windows(2).find(|w| w[0].0 == w[1].0) {
             return Err(format!("strand {} belongs to clumps {} and {}", w[0].0, w[0].1, w[1].1));
         }
-        for (side, given, found) in [("a", a, self.figures()[0]), ("b", b, self.figures()[1])] {
+        let [of_a, of_b] = self.figures();
+        for (side, given, found) in [("a", a, of_a), ("b", b, of_b)] {
             let same = match given {
                 None => !found.is_finite(),
                 Some(v) => (v - found).abs() <= ROUNDING * v.abs().max(found.abs()),

@@ -3,6 +3,7 @@
 use crate::report::PAGE;
 use crate::score::{SCORES, ScoreFile};
 use crate::sequence::{ALL_FRAMES, Frames};
+use crate::settings::{Setting, render_settings, render_suffix};
 use crate::stage::{Done, read_json};
 use crate::{Cost, Method, SceneJob, SuiteError};
 use serde::{Deserialize, Serialize};
@@ -31,6 +32,48 @@ pub struct Cell {
 }
 
 impl Cell {
+    /// A cell for every scene, seed and method, in this order; `settings` are the user's, of which the renderer's count.
+    ///
+    /// # Errors
+    /// If a setting of the renderer is unknown or does not fit.
+    pub fn matrix(
+        scenes: &[SceneJob],
+        methods: &[Method],
+        seeds: &[u64],
+        settings: &[Setting],
+        frames: Option<Frames>,
+    ) -> Result<Vec<Cell>, SuiteError> {
+        let render = render_settings(settings)?;
+        let mut cells = Vec::new();
+        for scene in scenes {
+            for &seed in seeds {
+                cells.extend(methods.iter().map(|method| Cell {
+                    scene: scene.clone(),
+                    method: method.clone(),
+                    settings: render.clone(),
+                    suffix: render_suffix(seed, settings),
+                    seed,
+                    frames,
+                    time_limit_s: None,
+                }));
+            }
+        }
+        Ok(cells)
+    }
+
+    /// How many frames it has; 1 of a scene that does not move.
+    ///
+    /// # Errors
+    /// If frames are asked for that the scene does not have.
+    pub fn frame_count(&self) -> Result<u64, SuiteError> {
+        let fault = |problem: String| SuiteError::Scene { scene: self.scene.name.clone(), problem };
+        match (self.scene.spec().motion.as_ref().map(|m| m.frames), self.frames) {
+            (None, None) => Ok(1),
+            (None, Some(_)) => Err(fault("has one pose: --frames is for moving scenes".into())),
+            (Some(all), wanted) => Ok(wanted.unwrap_or_default().indices(all).map_err(fault)?.len() as u64),
+        }
+    }
+
     /// Folder name of the scene in this cell.
     pub fn scene_label(&self) -> String {
         format!("{}{}", self.scene.label, self.suffix)

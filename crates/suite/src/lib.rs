@@ -59,7 +59,7 @@ pub use render::{FRAME, RENDER_FILE, RenderFile, TRUTH, read_render_file, render
 pub use results::{CellResult, Line, Results};
 pub use scene_job::{SceneJob, all_scenes};
 pub use score::{Curve, ERROR_CHANNEL, ERRORS, PLACES, SCORES, ScoreFile, read_curve, read_places, score};
-pub use settings::{Part, Setting, render_settings, render_suffix};
+pub use settings::{Part, Setting, render_settings};
 pub use stage::{Done, Progress, RECORD_FILE, Record, read_record};
 pub use strandbench_score::{Place, Score};
 pub use strandbench_stats::Unit;
@@ -77,10 +77,7 @@ pub fn render_cell(cell: &Cell, out: &Path, progress: &dyn Progress) -> Result<D
         let frames = cell.frames.unwrap_or_default();
         return Ok(sequence::render_sequence(scene, settings, seed, frames, out, progress)?.whole());
     }
-    if cell.frames.is_some() {
-        let problem = "has one pose: --frames is for moving scenes".to_owned();
-        return Err(SuiteError::Scene { scene: scene.name.clone(), problem });
-    }
+    cell.frame_count()?;
     render(scene, settings, seed, out, progress)
 }
 

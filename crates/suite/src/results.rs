@@ -77,6 +77,15 @@ pub struct Line {
     pub protocol: String,
 }
 
+/// Records as CSV, a line each after the fields' names.
+pub(crate) fn to_csv<T: Serialize>(records: impl IntoIterator<Item = T>) -> String {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    for record in records {
+        writer.serialize(record).expect("numbers and texts always fit a line");
+    }
+    String::from_utf8(writer.into_inner().expect("memory takes every byte")).expect("written as text")
+}
+
 /// A scene's name without the seed that its folder's name may carry.
 pub(crate) fn without_seed(label: &str) -> String {
     let mut parts = label.split('+');

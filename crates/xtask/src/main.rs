@@ -8,8 +8,7 @@ use std::time::Instant;
 const HELP: &str = "\
 cargo xtask TASK
 
-  test      set up the Python environment of the oracles, then: formatting, clippy, licences, docs, every
-            test, and the gate on reports/gate.csv
+  test      set up the Python environment of the oracles, then: formatting, clippy, licences, docs, every test
   setup     only set up the Python environment
   lint      formatting, clippy, licences and docs
 
@@ -34,8 +33,7 @@ fn task() -> Result<()> {
         Some("test") => {
             let python = setup(&root)?;
             lint(&root)?;
-            test(&root, python.as_deref())?;
-            gate(&root)
+            test(&root, python.as_deref())
         }
         Some("setup") => setup(&root).map(|_| ()),
         Some("lint") => {
@@ -113,11 +111,6 @@ fn test(root: &Path, python: Option<&Path>) -> Result<()> {
     let tests = ["test", "--workspace", "--lib", "--bins", "--tests", "--no-fail-fast"];
     cargo(root, &[&tests[..], &PROFILE].concat(), python)?;
     cargo(root, &[&["test", "--workspace", "--doc"], &PROFILE[..]].concat(), python)
-}
-
-/// Every figure of a small set must be what the committed reference says.
-fn gate(root: &Path) -> Result<()> {
-    cargo(root, &[&["run"], &PROFILE[..], &["--", "gate", "--quiet", "--out", "target/gate"]].concat(), None)
 }
 
 fn cargo_command(root: &Path, args: &[&str]) -> Command {

@@ -14,7 +14,7 @@ use crate::table;
 use anyhow::{Result, anyhow, bail};
 use strandbench_io::{ImportOptions, PRESETS};
 use strandbench_suite::outside::Config;
-use strandbench_suite::{Cell, Lock, Method, SceneJob, render_suffix};
+use strandbench_suite::{Cell, Lock, Method, SceneJob};
 
 /// Runs the command; `false` if it ran and something in it failed.
 pub fn run(args: &Args) -> Result<bool> {
@@ -106,24 +106,9 @@ fn import_options(args: &ImportOptionArgs) -> Result<ImportOptions> {
 }
 
 fn cells(args: &SceneArgs, variants: &[String], config: &Config) -> Result<Vec<Cell>> {
-    let settings = strandbench_suite::render_settings(&args.settings)?;
     let methods: Vec<Method> =
         variants.iter().map(|v| Method::find_in(v, &args.settings, config)).collect::<Result<_, _>>()?;
-    let mut cells = Vec::new();
-    for scene in scene_jobs(args)? {
-        for method in &methods {
-            cells.push(Cell {
-                scene: scene.clone(),
-                method: method.clone(),
-                settings: settings.clone(),
-                suffix: render_suffix(args.seed, &args.settings),
-                seed: args.seed,
-                frames: args.frames,
-                time_limit_s: None,
-            });
-        }
-    }
-    Ok(cells)
+    Ok(Cell::matrix(&scene_jobs(args)?, &methods, &[args.seed], &args.settings, args.frames)?)
 }
 
 /// What was decided for a hair file, each once.

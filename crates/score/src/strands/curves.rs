@@ -3,6 +3,7 @@
 use super::cones::{Cone, cones};
 use super::tree::{Limit, Tree};
 use crate::ScoreError;
+use crate::bvh::outward;
 use crate::check::fault;
 use glam::{DVec3, Vec3};
 use std::sync::{LazyLock, OnceLock};
@@ -118,9 +119,7 @@ impl Curves {
         let (tree, order) = Tree::new(parts.len(), |i| {
             let [a, b] = ends(i).map(Vec3::as_dvec3);
             let [from, to] = parts[i].1.map(|t| a + (b - a) * t);
-            // Rounded outwards, so that the box holds the part.
-            let (lo, hi) = (from.min(to).as_vec3(), from.max(to).as_vec3());
-            [lo.map(f32::next_down), hi.map(f32::next_up)]
+            outward(from.min(to), from.max(to))
         });
         let segment = |&i: &u32| {
             let [a, b] = ends(i as usize);

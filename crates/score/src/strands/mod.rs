@@ -13,7 +13,7 @@ mod nulls;
 pub(crate) mod samples;
 mod shape;
 mod sheet;
-mod tree;
+pub(crate) mod tree;
 
 pub use at_points::strand_point_errors_mm;
 pub use metrics::strand_metrics;

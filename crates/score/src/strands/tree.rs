@@ -68,7 +68,7 @@ impl Bounds {
 }
 
 /// The boxes of members in the tree's own order, a node with its box apart: a walk looks into many more boxes than nodes.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub(crate) struct Tree {
     nodes: Vec<Node>,
     bounds: Vec<Bounds>,

@@ -2,7 +2,7 @@
 
 use super::table::{Ablation, Arm};
 use crate::sequence::Frames;
-use crate::{Cell, Method, Part, SceneJob, Setting, SuiteError, render_settings, render_suffix};
+use crate::{Cell, Method, Part, SceneJob, Setting, SuiteError};
 use std::str::FromStr;
 
 /// How much is run.
@@ -219,15 +219,10 @@ pub(crate) fn cell(plan: &Plan, case: &Case, arm: &Arm, factor: f32) -> Result<C
     if factor != 1.0 {
         method.push(recon("lambda", &lambda(arm, factor)?.to_string()));
     }
-    Ok(Cell {
-        scene: SceneJob::open(&case.scene, &case.changes)?,
-        method: Method::find(arm.variant, &method)?,
-        settings: render_settings(&plan.render)?,
-        suffix: render_suffix(case.seed, &plan.render),
-        seed: case.seed,
-        frames: plan.frames,
-        time_limit_s: None,
-    })
+    let scene = SceneJob::open(&case.scene, &case.changes)?;
+    let method = Method::find(arm.variant, &method)?;
+    let mut one = Cell::matrix(&[scene], &[method], &[case.seed], &plan.render, plan.frames)?;
+    Ok(one.remove(0))
 }
 
 /// The arm's weight of smoothness times a factor.

@@ -1,19 +1,19 @@
 //! Pictures of the arms side by side, laid out as the papers have them.
 
+use super::ArmRow;
 use super::cells::{Plan, cell};
 use super::table::Ablation;
 use crate::SuiteError;
+use crate::cell::Outcome;
+use crate::dataset::Source;
 use crate::pictures::{PAPER, signed_error};
 use crate::reconstruct::ESTIMATE;
-use crate::render::FRAME;
+use crate::report::page::ERROR_LIMIT_MM;
 use crate::score::read_error_map;
 use crate::sequence::frame_name;
 use glam::{DVec2, DVec3};
 use std::path::Path;
 use strandbench_types::{Camera, DepthMap, Plane};
-
-/// Error at the ends of the colour scale, mm.
-const LIMIT_MM: f32 = 10.0;
 
 /// A picture of one arm.
 pub(super) struct Picture {
@@ -31,6 +31,7 @@ pub(super) fn write(
     plan: &Plan,
     ablation: &Ablation,
     factors: &[f32],
+    rows: &[ArmRow],
     out: &Path,
     dir: &Path,
 ) -> Result<Vec<Picture>, SuiteError> {
@@ -41,20 +42,24 @@ pub(super) fn write(
     arms.rotate_left(1);
     for (i, (arm, factor)) in arms {
         let cell = cell(plan, first, arm, factor)?;
-        let mut places = cell.places(out);
-        let mut frame = places.render.join(FRAME);
-        if let Some(frames) = cell.frames {
-            let name = frame_name(frames.first + 1);
-            frame = places.render.join(&name).join(FRAME);
-            places.reconstruct.push(&name);
-            places.score.push(&name);
-        }
         let mut picture = Picture { arm: arm.label, relief: None, error: None };
-        let drawn =
-            strandbench_io::read_frame_of_sequence(&frame).or_else(|_| strandbench_io::read_frame(&frame));
-        let estimate = strandbench_io::read_estimate(&places.reconstruct.join(ESTIMATE));
-        if let (Ok((rig, _)), Ok(estimate), Ok(error)) = (drawn, estimate, read_error_map(&places.score)) {
-            let error = signed_error(&error, LIMIT_MM);
+        // The last row is that of the tuned weight.
+        let row = rows
+            .iter()
+            .rfind(|r| r.arm == arm.label && r.scene_name == first.scene && r.row.seed == first.seed);
+        if row.is_some_and(|r| r.row.outcome == Outcome::Ok) {
+            let mut places = cell.places(out);
+            let source = Source::open(&places.render)?;
+            let frames = source.frames();
+            let index = frames[1.min(frames.len() - 1)];
+            if source.moves() {
+                places.reconstruct.push(frame_name(index));
+                places.score.push(frame_name(index));
+            }
+            let (rig, _) = source.read(index)?;
+            let estimate = strandbench_io::read_estimate(&places.reconstruct.join(ESTIMATE))?;
+            let error = read_error_map(&places.score)?;
+            let error = signed_error(&error, ERROR_LIMIT_MM);
             let surface = estimate.depth.as_ref().map_or_else(
                 || Plane::filled(error.width, error.height, PAPER),
                 |depth| relief(&rig.cameras[0], depth),
@@ -63,7 +68,7 @@ pub(super) fn write(
                 [("surface", &surface, &mut picture.relief), ("error", &error, &mut picture.error)]
             {
                 let name = format!("{i}-{kind}.png");
-                save(&dir.join(&name), image)?;
+                strandbench_io::write_png_rgb(&dir.join(&name), image)?;
                 *file = Some(name);
             }
             columns.push([surface, error]);
@@ -71,7 +76,7 @@ pub(super) fn write(
         pictures.push(picture);
     }
     if !columns.is_empty() {
-        save(&dir.join("figure.png"), &sheet(&columns))?;
+        strandbench_io::write_png_rgb(&dir.join("figure.png"), &sheet(&columns))?;
     }
     Ok(pictures)
 }
@@ -115,15 +120,6 @@ fn relief(camera: &Camera, depth: &DepthMap) -> Plane<[u8; 3]> {
         }
     }
     picture
-}
-
-fn save(path: &Path, picture: &Plane<[u8; 3]>) -> Result<(), SuiteError> {
-    let bytes: Vec<u8> = picture.data.iter().flatten().copied().collect();
-    let (w, h) = (picture.width as u32, picture.height as u32);
-    image::RgbImage::from_raw(w, h, bytes)
-        .expect("three bytes a pixel")
-        .save(path)
-        .map_err(|e| SuiteError::file(path, e))
 }
 
 #[cfg(test)]

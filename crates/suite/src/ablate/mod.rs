@@ -15,6 +15,7 @@ pub use judge::Comparison;
 pub use table::{ABLATIONS, Ablation, Arm};
 
 use crate::cell::{Outcome, Row};
+use crate::results::to_csv;
 use crate::stage::{Progress, write_json};
 use crate::{Provenance, SuiteError, score_cell};
 use cells::{Case, cell, lambda};
@@ -102,8 +103,9 @@ pub fn forecast(ablation: &Ablation, plan: &Plan, out: &Path) -> Result<Forecast
     let mut reconstructions = 0;
     let mut add = |case: &Case, factor: f32| -> Result<(), SuiteError> {
         for arm in ablation.arms() {
-            let places = cell(plan, case, arm, factor)?.places(out);
-            let frames = plan.frames.map_or(1, |f| u64::from(f.end.unwrap_or(f.first + 1) - f.first));
+            let cell = cell(plan, case, arm, factor)?;
+            let places = cell.places(out);
+            let frames = cell.frame_count()?;
             if !places.render.is_dir() {
                 renders.insert((places.render, frames));
             }
@@ -129,17 +131,18 @@ pub fn forecast(ablation: &Ablation, plan: &Plan, out: &Path) -> Result<Forecast
     Ok(Forecast { renders, reconstructions, seconds })
 }
 
-/// Refuses scenes on which the claim cannot be judged.
+/// Refuses scenes on which the claim cannot be judged, and weights where there are none.
 fn check(ablation: &Ablation, plan: &Plan) -> Result<(), SuiteError> {
+    if let Some(case) = plan.tuning.first().filter(|_| !ablation.tuned) {
+        let problem = format!("{} has no weight that could be tuned on it", ablation.name);
+        return Err(SuiteError::Scene { scene: case.scene.clone(), problem });
+    }
     for case in &plan.cases {
-        let scene = cell(plan, case, &ablation.with, 1.0)?.scene;
-        if ablation.moving && !scene.moves() {
+        let cell = cell(plan, case, &ablation.with, 1.0)?;
+        cell.frame_count()?;
+        if ablation.moving && !cell.scene.moves() {
             let problem = format!("has one pose; {} is about hair that moves", ablation.name);
-            return Err(SuiteError::Scene { scene: scene.name, problem });
-        }
-        if plan.frames.is_some() && !scene.moves() {
-            let problem = "has one pose: --frames is for moving scenes".to_owned();
-            return Err(SuiteError::Scene { scene: scene.name, problem });
+            return Err(SuiteError::Scene { scene: cell.scene.name, problem });
         }
     }
     Ok(())
@@ -200,14 +203,11 @@ pub fn ablate(
         folder: folder.clone(),
         provenance: Provenance::here(),
     };
-    if folder.is_dir() {
-        std::fs::remove_dir_all(&folder).map_err(|e| SuiteError::file(&folder, e))?;
-    }
     atomic_folder(&folder, |dir| -> Result<(), SuiteError> {
-        let pictures = figure::write(plan, ablation, &factors, out, dir)?;
+        let pictures = figure::write(plan, ablation, &factors, &result.rows, out, dir)?;
         write_json(&dir.join("ablation.json"), &result)?;
         let csv = dir.join("ablation.csv");
-        std::fs::write(&csv, page::csv(&result)).map_err(|e| SuiteError::file(&csv, e))?;
+        std::fs::write(&csv, to_csv(page::lines(&result))).map_err(|e| SuiteError::file(&csv, e))?;
         let html = dir.join(PAGE);
         std::fs::write(&html, page::page(ablation, &result, &pictures))
             .map_err(|e| SuiteError::file(&html, e))

@@ -4,28 +4,54 @@ use super::figure::Picture;
 use super::{Ablation, Outcomes, Tuned};
 use crate::cell::Outcome;
 use crate::compare::drawing::forest;
-use crate::compare::text::{estimate, p_text, signed};
+use crate::compare::text::{line, p_text};
 use crate::report::page::frame;
 use maud::{Markup, PreEscaped, html};
+use serde::Serialize;
 use strandbench_stats::Verdict;
 
-/// A line a cell and metric.
-pub(super) fn csv(outcome: &Outcomes) -> String {
-    let mut text = "arm,weights,scene,condition,seed,outcome,metric,unit,value,coverage\n".to_owned();
+/// A line of `ablation.csv`: a figure of a cell, or a cell without any.
+#[derive(Serialize)]
+pub(super) struct Line<'a> {
+    arm: &'a str,
+    weights: &'static str,
+    scene: &'a str,
+    condition: &'a str,
+    seed: u64,
+    outcome: &'static str,
+    metric: &'a str,
+    unit: &'a str,
+    value: Option<f64>,
+    coverage: f64,
+}
+
+pub(super) fn lines(outcome: &Outcomes) -> Vec<Line<'_>> {
+    let mut lines = Vec::new();
     for r in &outcome.rows {
-        let weights = if r.tuned { "tuned" } else { "own" };
-        let ended = if r.row.outcome == Outcome::Ok { "ok" } else { "no answer" };
-        let head =
-            format!("\"{}\",{weights},{},\"{}\",{},{ended}", r.arm, r.scene_name, r.condition, r.row.seed);
-        for s in r.row.scores.iter().filter(|s| s.subject == "method") {
-            let value = s.value.map_or_else(String::new, |v| v.to_string());
-            text.push_str(&format!("{head},{},{},{value},{}\n", s.metric, s.unit, s.coverage));
-        }
+        let cell = || Line {
+            arm: &r.arm,
+            weights: if r.tuned { "tuned" } else { "own" },
+            scene: &r.scene_name,
+            condition: &r.condition,
+            seed: r.row.seed,
+            outcome: if r.row.outcome == Outcome::Ok { "ok" } else { "no answer" },
+            metric: "",
+            unit: "",
+            value: None,
+            coverage: 0.0,
+        };
         if r.row.scores.is_empty() {
-            text.push_str(&format!("{head},,,,\n"));
+            lines.push(cell());
         }
+        lines.extend(r.row.scores.iter().filter(|s| s.subject == "method").map(|s| Line {
+            metric: &s.metric,
+            unit: &s.unit,
+            value: s.value,
+            coverage: s.coverage,
+            ..cell()
+        }));
     }
-    text
+    lines
 }
 
 pub(super) fn page(ablation: &Ablation, outcome: &Outcomes, pictures: &[Picture]) -> String {
@@ -71,19 +97,14 @@ fn table(outcome: &Outcomes) -> Markup {
             th { "worst scene" } th.n { "p" } th.n { "p, Holm" } th { "claim" }
         }
         @for c in &outcome.comparisons {
-            @let (m, d) = (&c.compared, &c.compared.difference);
-            @let (mean, interval) = estimate(m);
+            @let m = &c.compared;
+            @let [metric, mean, interval, p_holm, effect, won, worst, _] = line(m);
             tr.aside[!c.primary] {
                 td { (c.against) }
-                td { (m.metric) @if !c.primary { " (exploratory)" } }
+                td { (metric) @if !c.primary { " (exploratory)" } }
                 td { (if c.tuned { "tuned" } else { "the variant’s own" }) }
-                td.n { (mean) }
-                td.n { (interval) }
-                td.n { (d.effect.map_or_else(|| "–".to_owned(), |e| format!("{e:+.2}"))) }
-                td.n { (format!("{:.0} %", d.won * 100.0)) }
-                td { (d.worst.scene) @if let Some(v) = d.worst.difference { " (" (signed(v, &m.unit)) ")" } }
-                td.n { (p_text(d.p)) }
-                td.n { (m.p_holm.map_or_else(|| "–".to_owned(), p_text)) }
+                td.n { (mean) } td.n { (interval) } td.n { (effect) } td.n { (won) } td { (worst) }
+                td.n { (p_text(m.difference.p)) } td.n { (p_holm) }
                 @match m.verdict {
                     Verdict::Better => td.met { "holds" },
                     Verdict::Worse => td.missed { "the opposite" },

@@ -94,7 +94,8 @@ pub(crate) fn notes(c: &Comparison) -> Vec<String> {
 const COLUMNS: [&str; 8] =
     ["metric", "difference", "interval", "p", "effect", "won", "worst scene", "verdict"];
 
-fn line(m: &Compared) -> [String; 8] {
+/// What a line of a table says, by [`COLUMNS`].
+pub(crate) fn line(m: &Compared) -> [String; 8] {
     let d = &m.difference;
     let (mean, interval) = estimate(m);
     let worst = d.worst.difference.map_or_else(|| "infinite".to_owned(), |v| signed(v, &m.unit));

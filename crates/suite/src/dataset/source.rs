@@ -3,6 +3,7 @@
 use crate::render::{FRAME, TRUTH, read_render_file};
 use crate::sequence::Sequence;
 use crate::{SuiteError, hash};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use strandbench_types::{Frame, Rig, TriMesh, Truth};
 
@@ -64,9 +65,8 @@ impl Source {
     /// The head, where there is one and it is known.
     pub fn head(&self, index: u32) -> Result<Option<TriMesh>, SuiteError> {
         match self {
-            Source::Still { render, .. } => {
-                let path = render.as_ref().map(|r| r.join(TRUTH).join(HEAD)).filter(|p| p.is_file());
-                Ok(path.map(|p| strandbench_io::read_mesh(&p)).transpose()?)
+            Source::Still { .. } => {
+                Ok(self.head_file().map(|p| strandbench_io::read_mesh(&p)).transpose()?)
             }
             Source::Moving(sequence) => {
                 Ok(sequence.pose(index)?.scene.surfaces.into_iter().next().map(|s| s.mesh))
@@ -74,18 +74,33 @@ impl Source {
         }
     }
 
+    /// Where the head of a scene that does not move lies, if it has one and is known.
+    fn head_file(&self) -> Option<PathBuf> {
+        let Source::Still { render: Some(render), .. } = self else { return None };
+        Some(render.join(TRUTH).join(HEAD)).filter(|p| p.is_file())
+    }
+
     /// Content of everything that a dataset without truth is made from, by name.
-    pub fn hashes(&self, index: u32, head: bool) -> Result<Vec<(String, String)>, SuiteError> {
-        let dir = self.frame_dir(index);
-        if !dir.is_dir() {
-            let remedy = "this frame is missing; `strandbench render` goes on with it";
-            return Err(SuiteError::file(&dir, remedy));
+    pub fn hashes(&self, head: bool) -> Result<BTreeMap<String, String>, SuiteError> {
+        let mut all = BTreeMap::new();
+        for index in self.frames() {
+            let dir = self.frame_dir(index);
+            if !dir.is_dir() {
+                let remedy = "this frame is missing; `strandbench render` goes on with it";
+                return Err(SuiteError::file(&dir, remedy));
+            }
+            all.insert(format!("frame {index}"), hash::of_folder(&dir)?);
         }
-        let mut all = vec![(format!("frame {index}"), hash::of_folder(&dir)?)];
-        if head && let Some(mesh) = self.head(index)? {
-            let bytes: Vec<u8> =
-                mesh.vertices.iter().flat_map(|v| v.to_array()).flat_map(f32::to_le_bytes).collect();
-            all.push((format!("head {index}"), hash::of_bytes(&bytes)));
+        match self {
+            Source::Moving(sequence) if head => {
+                all.insert("head".to_owned(), sequence.motion_hash()?);
+            }
+            Source::Still { .. } if head => {
+                if let Some(path) = self.head_file() {
+                    all.insert("head".to_owned(), hash::of_file(&path)?);
+                }
+            }
+            _ => {}
         }
         Ok(all)
     }

@@ -10,7 +10,7 @@ pub use fresh::{FalseAlarms, Fresh, a_a, fresh};
 pub use plan::Plan;
 
 use crate::SuiteError;
-use crate::results::Results;
+use crate::results::{Results, to_csv};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 use strandbench_score::Score;
@@ -174,11 +174,6 @@ pub fn accept(now: &[Results], file: &Path) -> Result<usize, SuiteError> {
     if lines.is_empty() {
         return Err(SuiteError::file(file, "is left as it is: nothing was evaluated"));
     }
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    for line in &lines {
-        writer.serialize(line).map_err(|e| SuiteError::file(file, e))?;
-    }
-    let bytes = writer.into_inner().map_err(|e| SuiteError::file(file, e))?;
-    strandbench_io::atomic_write(file, |w| w.write_all(&bytes))?;
+    strandbench_io::atomic_write(file, |w| w.write_all(to_csv(&lines).as_bytes()))?;
     Ok(lines.len())
 }

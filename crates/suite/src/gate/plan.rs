@@ -1,6 +1,6 @@
 //! What a gate runs, and how far a figure may move.
 
-use crate::settings::{Setting, render_settings, render_suffix};
+use crate::settings::Setting;
 use crate::{Cell, Method, SceneJob, SuiteError};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -70,26 +70,10 @@ impl Plan {
     /// If a scene, a variant or a setting is unknown.
     pub fn cells(&self, seeds: &[u64]) -> Result<Vec<Cell>, SuiteError> {
         let settings: Vec<Setting> = self.settings.iter().map(|s| s.parse()).collect::<Result<_, _>>()?;
-        let render = render_settings(&settings)?;
         let methods: Vec<Method> =
             self.variants.iter().map(|v| Method::find(v, &settings)).collect::<Result<_, _>>()?;
-        let mut cells = Vec::new();
-        for name in &self.scenes {
-            let scene = SceneJob::open(name, &settings)?;
-            for &seed in seeds {
-                for method in &methods {
-                    cells.push(Cell {
-                        scene: scene.clone(),
-                        method: method.clone(),
-                        settings: render.clone(),
-                        suffix: render_suffix(seed, &settings),
-                        seed,
-                        frames: None,
-                        time_limit_s: None,
-                    });
-                }
-            }
-        }
-        Ok(cells)
+        let scenes: Vec<SceneJob> =
+            self.scenes.iter().map(|name| SceneJob::open(name, &settings)).collect::<Result<_, _>>()?;
+        Cell::matrix(&scenes, &methods, seeds, &settings, None)
     }
 }

@@ -11,7 +11,7 @@ mod tests;
 
 use crate::cell::{Outcome, Row};
 use crate::report::tables::format_value;
-use crate::results::without_seed;
+use crate::results::{to_csv, without_seed};
 use crate::{Provenance, SuiteError};
 use rusqlite::{Connection, OpenFlags, Transaction, params};
 use serde::{Deserialize, Serialize};
@@ -158,11 +158,7 @@ pub fn read(out: &Path, query: &Query) -> Result<Vec<Entry>, SuiteError> {
 
 /// The entries as CSV.
 pub fn csv(entries: &[Entry]) -> String {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    for entry in entries {
-        writer.serialize(entry).expect("numbers and texts always fit a line");
-    }
-    String::from_utf8(writer.into_inner().expect("memory takes every byte")).expect("written as text")
+    to_csv(entries)
 }
 
 /// A line for each scene, variant, seed and metric: first and last value, and what they moved by, in the order of first runs.

@@ -34,9 +34,7 @@ pub fn reconstruct(
     let frames = source.frames();
     let place = |index: u32| if source.moves() { out.join(frame_name(index)) } else { out.to_owned() };
     let mut all = method.inputs()?;
-    for &index in &frames {
-        all.extend(source.hashes(index, method.head)?);
-    }
+    all.extend(source.hashes(method.head)?);
     all.insert("code".into(), env!("STRANDBENCH_CODE_OUTSIDE").into());
     let inputs = |index: u32| -> BTreeMap<String, String> {
         let own = source.moves().then(|| ("answer to".to_owned(), index.to_string()));

@@ -8,7 +8,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use strandbench_types::Plane;
 
 /// Ends of the signed error scale, mm: the widest of Luo's own thresholds (Fig. 13 speaks of 1 cm).
-const ERROR_LIMIT_MM: f32 = 10.0;
+pub(crate) const ERROR_LIMIT_MM: f32 = 10.0;
 const STYLE: &str = include_str!("style.css");
 const SCRIPT: &str = include_str!("turntable.js");
 

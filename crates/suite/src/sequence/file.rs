@@ -4,7 +4,7 @@ use super::render::{EXPOSURE, MOTION, MOTION_FILE};
 use crate::exposure::Metered;
 use crate::render::TRUTH;
 use crate::stage::read_json;
-use crate::{SceneJob, SuiteError};
+use crate::{SceneJob, SuiteError, hash};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -174,6 +174,15 @@ impl Sequence {
         let head = scene.surfaces.first().map(|s| s.mesh.clone());
         let dir = self.frame_dir(index).join(TRUTH);
         Ok(strandbench_io::read_truth_frame(&dir, std::mem::take(&mut scene.strands), head)?)
+    }
+
+    /// Content of what every pose follows from, as a hash: the scene and its motion.
+    pub(crate) fn motion_hash(&self) -> Result<String, SuiteError> {
+        let parts = [
+            ("motion".to_owned(), hash::of_folder(&self.folder.join(MOTION))?),
+            ("sequence".to_owned(), hash::of_file(&self.folder.join(SEQUENCE_FILE))?),
+        ];
+        Ok(hash::of_map(&parts.into()))
     }
 
     /// The scene of a frame as the motion has it: nothing is known of its exposure.

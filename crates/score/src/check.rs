@@ -1,6 +1,7 @@
 //! What truth and estimate must satisfy before any of it is indexed.
 
 use crate::ScoreError;
+use rayon::prelude::*;
 use strandbench_types::{Estimate, StrandSet, Truth, Visibility};
 
 pub(crate) fn fault<T>(text: String) -> Result<T, ScoreError> {
@@ -68,14 +69,13 @@ fn visibility(strands: &StrandSet, v: &Visibility, cameras: usize) -> Result<(),
             strands.len()
         ));
     }
-    for i in 0..strands.len() {
+    let mismatch = |i: usize| {
         let (got, want) =
             (v.offsets[i + 1].checked_sub(v.offsets[i]), Visibility::samples_on(strands.length_mm(i)));
-        if got.map(|n| n as usize) != Some(want) {
-            return fault(format!(
-                "visibility: strand {i} has {got:?} samples where its length asks for {want}"
-            ));
-        }
+        (got.map(|n| n as usize) != Some(want)).then_some((i, got, want))
+    };
+    if let Some((i, got, want)) = (0..strands.len()).into_par_iter().find_map_first(mismatch) {
+        return fault(format!("visibility: strand {i} has {got:?} samples where its length asks for {want}"));
     }
     if let Some(i) = v.seen_by.iter().position(|&s| cameras < 32 && s >> cameras != 0) {
         return fault(format!("visibility: sample {i} is seen by a camera beyond the {cameras} there are"));

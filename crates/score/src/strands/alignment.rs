@@ -123,7 +123,7 @@ pub(crate) fn score(reference: &Reference, c: &Candidate, rows: &mut Rows, grids
         for (mode, suffix) in [(Mode::Any, ""), (Mode::Nearest, "nearest.")] {
             let found = match (set, mode) {
                 (Set::V2, Mode::Nearest) => c.nearest.iter().map(|h| stairs_of(h.as_ref())).collect(),
-                _ => ask(&c.curves, &wanted, mode),
+                _ => ask(c.curves, &wanted, mode),
             };
             let confirmed = confirm(reference, set, &judged, mode);
             let r = recall(&wanted, &found, |i| wanted[i].weight_mm);
@@ -263,7 +263,7 @@ fn legacy(reference: &Reference, c: &Candidate, rows: &mut Rows) {
         };
         (PAIRS.map(share), vertices.len())
     };
-    let (r, wanted) = shares(&reference.strands.truth.strands, &c.curves);
+    let (r, wanted) = shares(&reference.strands.truth.strands, c.curves);
     let (p, given) = shares(c.strands, &reference.strands.full);
     let there = |n: usize| Asked { wanted: n, answered: if given == 0 { 0 } else { n } };
     for (k, (name, ..)) in PAIRS.iter().enumerate() {

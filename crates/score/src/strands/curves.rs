@@ -6,6 +6,7 @@ use crate::ScoreError;
 use crate::bvh::outward;
 use crate::check::fault;
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 use std::sync::{LazyLock, OnceLock};
 use strandbench_types::StrandSet;
 
@@ -83,18 +84,17 @@ pub(crate) struct Curves {
 impl Curves {
     /// All segments of the strands for which `keep` (by strand) is true.
     pub fn whole(strands: &StrandSet, keep: impl Fn(usize) -> bool) -> Result<Curves, ScoreError> {
-        let mut starts = Vec::with_capacity(strands.points.len());
-        let mut dropped = 0;
-        for strand in (0..strands.len()).filter(|&s| keep(s)) {
+        let of_strand = |strand: usize| {
             let range = strands.range(strand);
-            for i in range.start..range.end - 1 {
-                if strands.points[i].distance(strands.points[i + 1]) < MIN_SEGMENT_MM {
-                    dropped += 1;
-                } else {
-                    starts.push(i as u32);
-                }
-            }
-        }
+            let piece = |i: &u32| strands.points[*i as usize].distance(strands.points[*i as usize + 1]);
+            let all = range.start as u32..range.end as u32 - 1;
+            all.filter(|i| piece(i) >= MIN_SEGMENT_MM).collect::<Vec<u32>>()
+        };
+        let kept: Vec<usize> = (0..strands.len()).filter(|&s| keep(s)).collect();
+        let pieces: usize = kept.iter().map(|&s| strands.range(s).len() - 1).sum();
+        let lists: Vec<Vec<u32>> = kept.into_par_iter().map(of_strand).collect();
+        let starts = lists.concat();
+        let dropped = (pieces - starts.len()) as u64;
         let ends = |i: usize| {
             let p = starts[i] as usize;
             [strands.points[p], strands.points[p + 1]]
@@ -107,7 +107,7 @@ impl Curves {
             let [a, b] = ends(i as usize);
             Segment { a, b, point: starts[i as usize] }
         };
-        Ok(Curves::new(tree, order.iter().map(segment).collect(), Vec::new(), dropped))
+        Ok(Curves::new(tree, order.par_iter().map(segment).collect(), Vec::new(), dropped))
     }
 
     /// Parts of segments.
@@ -126,7 +126,7 @@ impl Curves {
             Segment { a, b, point: parts[i as usize].0 }
         };
         let cuts = order.iter().map(|&i| parts[i as usize].1).collect();
-        Curves::new(tree, order.iter().map(segment).collect(), cuts, 0)
+        Curves::new(tree, order.par_iter().map(segment).collect(), cuts, 0)
     }
 
     fn new(tree: Tree, segments: Vec<Segment>, cuts: Vec<[f64; 2]>, dropped: u64) -> Curves {
@@ -149,11 +149,12 @@ impl Curves {
         ((a + u * along - p).length_squared(), tu * tu / uu, along)
     }
 
-    /// Squared cosine of a member with the unit line `t`, as [`Curves::member`] has it.
-    fn cos_squared(&self, rank: usize, t: DVec3) -> f64 {
+    /// Whether a member's squared cosine with the unit line `t`, as [`Curves::member`] has it, is surely below `cos2`:
+    /// found without a division, up to more than its rounding.
+    fn is_beyond(&self, rank: usize, t: DVec3, cos2: f64) -> bool {
         let s = &self.segments[rank];
         let u = s.b.as_dvec3() - s.a.as_dvec3();
-        t.dot(u).powi(2) / u.length_squared()
+        t.dot(u).powi(2) < cos2 * u.length_squared() * (1.0 - 1e-12)
     }
 
     fn cones(&self) -> &[Cone] {
@@ -238,13 +239,13 @@ impl Curves {
     pub fn staircase(&self, p: DVec3, t: DVec3, vertices: bool) -> Stairs {
         let steps = Staircase {
             stairs: NOTHING,
-            need: [GRID_COS2[5]; 7],
+            need: std::array::from_fn(|l| if l < 7 { GRID_COS2[5] } else { f64::INFINITY }),
             cos2: &GRID_COS2,
             line: t.as_vec3(),
             cones: self.cones(),
         };
         let visit = |rank, steps: &mut Staircase<'_>| {
-            if self.cos_squared(rank, t) < steps.need[0] {
+            if self.is_beyond(rank, t, steps.need[0]) {
                 return;
             }
             let (mut d2, cos2, ..) = self.member(rank, p, t);
@@ -262,10 +263,13 @@ impl Curves {
 /// Squares of [`GRID_MM`].
 const GRID2: [f64; 7] = [0.0625, 0.25, 1.0, 4.0, 9.0, 16.0, 25.0];
 
+/// The same numbers; their number is padded to what one instruction compares.
+const GRID2_F32: [f32; 8] = [0.0625, 0.25, 1.0, 4.0, 9.0, 16.0, 25.0, f32::INFINITY];
+
 struct Staircase<'a> {
     stairs: Stairs,
-    /// Squared cosine that makes a better step at each distance of the grid, ascending.
-    need: [f64; 7],
+    /// Squared cosine that makes a better step at each distance of the grid, ascending, and beyond all of them.
+    need: [f64; 8],
     /// Of the grid's angles.
     cos2: &'a [f64; 6],
     line: Vec3,
@@ -291,10 +295,9 @@ impl Staircase<'_> {
 
 impl Limit for Staircase<'_> {
     fn matters(&self, node: u32, distance_squared: f32) -> bool {
-        let level = GRID2.iter().filter(|&&g| g < f64::from(distance_squared)).count();
-        self.need.get(level).is_some_and(|&need| {
-            need <= 0.0 || need <= 1.0 && need <= self.cones[node as usize].most_cos2(self.line)
-        })
+        let level: usize = GRID2_F32.iter().map(|&g| usize::from(g < distance_squared)).sum();
+        let need = self.need[level];
+        need <= 0.0 || need <= 1.0 && need <= self.cones[node as usize].most_cos2(self.line)
     }
 }
 

@@ -6,7 +6,7 @@ use super::samples::{Sample, Samples, Set, TrueStrands};
 use super::tree::ask_in_order;
 use crate::ScoreError;
 use rayon::prelude::*;
-use strandbench_types::{StrandSet, Truth};
+use strandbench_types::{StrandSet, Truth, Visibility};
 
 /// The truth, ready to be compared with.
 pub(crate) struct Reference<'a> {
@@ -91,7 +91,7 @@ pub(crate) struct Candidate<'a> {
     pub name: &'static str,
     pub strands: &'a StrandSet,
     /// All strands that have a sample.
-    pub curves: Curves,
+    pub curves: &'a Curves,
     pub judged: Vec<Judged>,
     /// Strands too short for a sample, left out.
     pub too_short: u64,
@@ -103,18 +103,20 @@ pub(crate) struct Candidate<'a> {
 }
 
 impl<'a> Candidate<'a> {
+    /// The strands that take part, as curves.
+    pub fn curves(strands: &StrandSet) -> Result<Curves, ScoreError> {
+        let lengths: Vec<f64> = (0..strands.len()).into_par_iter().map(|s| strands.length_mm(s)).collect();
+        Curves::whole(strands, |s| Visibility::samples_on(lengths[s]) > 0)
+    }
+
     /// `most` bounds the candidate's own samples as well as the true ones.
     pub fn new(
         reference: &Reference,
         name: &'static str,
         strands: &'a StrandSet,
+        curves: &'a Curves,
         most: usize,
-    ) -> Result<Candidate<'a>, ScoreError> {
-        let has_sample: Vec<bool> = (0..strands.len())
-            .into_par_iter()
-            .map(|s| strandbench_types::Visibility::samples_on(strands.length_mm(s)) > 0)
-            .collect();
-        let curves = Curves::whole(strands, |s| has_sample[s])?;
+    ) -> Candidate<'a> {
         let samples = Samples::of(strands, |_, _| true, most as u64);
         let judge = |s: &Sample| {
             let nearest =
@@ -129,7 +131,8 @@ impl<'a> Candidate<'a> {
             |s| s.position,
             |s| curves.nearest(s.position, s.tangent, f64::INFINITY, 0.0),
         );
-        let too_short = has_sample.iter().filter(|h| !**h).count() as u64;
-        Ok(Candidate { name, strands, curves, judged, too_short, most, wanted, nearest })
+        let is_short = |s: &usize| Visibility::samples_on(strands.length_mm(*s)) == 0;
+        let too_short = (0..strands.len()).into_par_iter().filter(is_short).count() as u64;
+        Candidate { name, strands, curves, judged, too_short, most, wanted, nearest }
     }
 }

@@ -73,7 +73,8 @@ pub fn score_strands(
     };
     let mut rows = Rows::default();
     let mut one = |name, strands: &StrandSet, most, sheet: &mut StrandSheet| -> Result<(), ScoreError> {
-        let c = Candidate::new(&reference, name, strands, most)?;
+        let curves = Candidate::curves(strands)?;
+        let c = Candidate::new(&reference, name, strands, &curves, most);
         monitor.check()?;
         alignment::score(&reference, &c, &mut rows, &mut sheet.grids);
         monitor.check()?;
@@ -96,7 +97,8 @@ pub fn score_strands(
 /// The truth as a submission must score perfectly (METRICS ground rule 10).
 fn perfect(reference: &Reference) -> Result<(), ScoreError> {
     let mut rows = Rows::default();
-    let truth = Candidate::new(reference, "method", &reference.strands.truth.strands, MOST_SELF)?;
+    let strands = &reference.strands;
+    let truth = Candidate::new(reference, "method", &strands.truth.strands, &strands.full, MOST_SELF);
     alignment::score(reference, &truth, &mut rows, &mut Vec::new());
     for s in rows.finish() {
         let want = match s.unit.as_str() {

@@ -143,17 +143,16 @@ pub(crate) struct TrueStrands<'a> {
 impl<'a> TrueStrands<'a> {
     pub fn new(truth: &'a Truth) -> Result<TrueStrands<'a>, ScoreError> {
         let set = &truth.strands;
-        let mut arc_mm = vec![0.0; set.points.len()];
-        let mut strand_of = vec![0; set.points.len()];
-        for s in 0..set.len() {
+        let of_strand = |s: usize| {
             let mut arc = 0.0;
-            for i in set.range(s) {
+            set.range(s).map(move |i| {
                 if i > set.range(s).start {
                     arc += f64::from(set.points[i - 1].distance(set.points[i]));
                 }
-                (arc_mm[i], strand_of[i]) = (arc, s as u32);
-            }
-        }
+                (arc, s as u32)
+            })
+        };
+        let (arc_mm, strand_of) = (0..set.len()).into_par_iter().flat_map_iter(of_strand).unzip();
         Ok(TrueStrands { truth, arc_mm, strand_of, full: Curves::whole(set, |_| true)? })
     }
 

@@ -19,8 +19,10 @@ const CELL_MM: f64 = 5.0;
 
 /// The part of the truth's population that candidates are compared with.
 pub(crate) struct Population {
-    lengths: Vec<(f64, f64)>,
-    curvatures: Vec<(f64, f64)>,
+    /// Of all strands, ascending, mm.
+    lengths: Vec<f64>,
+    /// Ascending, 1/m.
+    curvatures: Vec<f64>,
     /// Length of hair in each cell, mm, of all strands.
     cells: BTreeMap<[i32; 3], f64>,
     /// Cells that hold a sample of V2.
@@ -33,7 +35,7 @@ impl Population {
     pub fn new(reference: &Reference, most: u64) -> Population {
         let strands = &reference.strands.truth.strands;
         let all = Samples::of(strands, |_, _| true, most);
-        let cells = cells(reference, all.list.iter().map(|s| (s.position, s.weight_mm)));
+        let cells = cells(reference, all.list.par_iter().map(|s| (s.position, s.weight_mm)));
         let seen = &reference.samples(Set::V2).list;
         let mut visible: Vec<[i32; 3]> = seen.iter().map(|s| cell(reference, s.position)).collect();
         visible.sort_unstable();
@@ -58,7 +60,10 @@ fn cell(reference: &Reference, p: DVec3) -> [i32; 3] {
 }
 
 /// Weight in each cell.
-fn cells(reference: &Reference, points: impl Iterator<Item = (DVec3, f64)>) -> BTreeMap<[i32; 3], f64> {
+fn cells(
+    reference: &Reference,
+    points: impl IndexedParallelIterator<Item = (DVec3, f64)>,
+) -> BTreeMap<[i32; 3], f64> {
     let mut keyed: Vec<([i32; 3], f64)> = points.map(|(p, w)| (cell(reference, p), w)).collect();
     keyed.par_sort_by_key(|k| k.0);
     keyed.chunk_by(|a, b| a.0 == b.0).map(|c| (c[0].0, c.iter().map(|k| k.1).sum())).collect()
@@ -69,13 +74,19 @@ pub(crate) fn occupied(population: &Population) -> Vec<[i32; 3]> {
     population.cells.keys().copied().collect()
 }
 
-fn lengths(strands: &StrandSet) -> Vec<(f64, f64)> {
-    (0..strands.len()).map(|s| (strands.length_mm(s), 1.0)).collect()
+/// Lengths of all strands, ascending, mm.
+fn lengths(strands: &StrandSet) -> Vec<f64> {
+    ascending((0..strands.len()).into_par_iter().map(|s| strands.length_mm(s)).collect())
 }
 
-/// Curvature (1/m) of the circle through three points 2.5 mm apart along the strand, every 2.5 mm; each weighs
+fn ascending(mut values: Vec<f64>) -> Vec<f64> {
+    values.par_sort_unstable_by(f64::total_cmp);
+    values
+}
+
+/// Curvature (1/m) of the circle through three points 2.5 mm apart along the strand, every 2.5 mm, ascending; each weighs
 /// the same. Strands shorter than 5 mm have none.
-fn curvatures(strands: &StrandSet) -> Vec<(f64, f64)> {
+fn curvatures(strands: &StrandSet) -> Vec<f64> {
     let of_strand = |s: usize| {
         let mut walk = Walk::new(strands, s);
         let n = (walk.length / HALF_STRETCH_MM).floor() as usize + 1;
@@ -84,10 +95,10 @@ fn curvatures(strands: &StrandSet) -> Vec<(f64, f64)> {
         } else {
             (0..n).map(|i| walk.at(i as f64 * HALF_STRETCH_MM).position).collect()
         };
-        points.windows(3).map(|w| (1000.0 * menger(w[0], w[1], w[2]), 1.0)).collect::<Vec<_>>()
+        points.windows(3).map(|w| 1000.0 * menger(w[0], w[1], w[2])).collect::<Vec<_>>()
     };
-    let lists: Vec<Vec<(f64, f64)>> = (0..strands.len()).into_par_iter().map(of_strand).collect();
-    lists.concat()
+    let lists: Vec<Vec<f64>> = (0..strands.len()).into_par_iter().map(of_strand).collect();
+    ascending(lists.concat())
 }
 
 /// Curvature of the circle through three points: 4 area / (product of the sides).
@@ -96,21 +107,26 @@ fn menger(a: DVec3, b: DVec3, c: DVec3) -> f64 {
     if product > 0.0 { 2.0 * (b - a).cross(c - a).length() / product } else { 0.0 }
 }
 
-/// Wasserstein-1 distance between two weighted populations: the area between their distribution functions.
-/// Infinite if one of them is empty and the other not.
-fn wasserstein(a: &[(f64, f64)], b: &[(f64, f64)]) -> f64 {
+/// Wasserstein-1 distance between two populations, each in ascending order: the area between their distribution
+/// functions. Infinite if one of them is empty and the other not.
+fn wasserstein(a: &[f64], b: &[f64]) -> f64 {
     if a.is_empty() || b.is_empty() {
         return if a.is_empty() && b.is_empty() { 0.0 } else { f64::INFINITY };
     }
-    let total = |v: &[(f64, f64)]| v.iter().map(|x| x.1).sum::<f64>();
-    let (ta, tb) = (total(a), total(b));
-    let mut all: Vec<(f64, f64)> =
-        a.iter().map(|x| (x.0, x.1 / ta)).chain(b.iter().map(|x| (x.0, -x.1 / tb))).collect();
-    all.par_sort_unstable_by(|x, y| x.0.total_cmp(&y.0).then(x.1.total_cmp(&y.1)));
+    let (wa, wb) = (1.0 / a.len() as f64, 1.0 / b.len() as f64);
+    let (mut i, mut j) = (0, 0);
     let (mut between, mut area) = (0.0, 0.0);
-    for w in all.windows(2) {
-        between += w[0].1;
-        area += f64::abs(between) * (w[1].0 - w[0].0);
+    let mut last = a[0].min(b[0]);
+    while i < a.len() || j < b.len() {
+        let from_b = i == a.len() || j < b.len() && b[j] <= a[i];
+        let value = if from_b { b[j] } else { a[i] };
+        area += f64::abs(between) * (value - last);
+        last = value;
+        if from_b {
+            (between, j) = (between - wb, j + 1);
+        } else {
+            (between, i) = (between + wa, i + 1);
+        }
     }
     area
 }
@@ -156,7 +172,7 @@ pub(crate) fn score(reference: &Reference, population: &Population, c: &Candidat
     rows.push(c.name, "B5.length_w1", wasserstein(&population.lengths, &lengths(c.strands)), asked);
     rows.push(c.name, "B5.curvature_w1", wasserstein(&population.curvatures, &curvatures(c.strands)), asked);
 
-    let own = cells(reference, c.judged.iter().map(|j| (j.sample.position, j.sample.weight_mm)));
+    let own = cells(reference, c.judged.par_iter().map(|j| (j.sample.position, j.sample.weight_mm)));
     let ratio = |k: &[i32; 3]| (own.get(k).copied().unwrap_or(0.0) / population.cells[k]).log2();
     let logs: Vec<f64> = population.visible.iter().map(ratio).collect();
     let answered = logs.iter().filter(|l| l.is_finite()).count();
@@ -223,18 +239,19 @@ mod tests {
         // A radius of 20 mm is 50 1/m. The middle of a chord of 0.2 mm lies 2.5e-4 mm inside the circle: twice that
         // over the sagitta of 0.156 mm of a stretch of 5 mm is what the curvature may be off by.
         assert_eq!(k.len(), 22 + 11);
-        assert!(k[..22].iter().all(|x| (x.0 / 50.0 - 1.0).abs() < 3.3e-3), "{k:?}");
-        assert!(k[22..].iter().all(|x| x.0 < 1e-6));
+        assert!(k[..11].iter().all(|x| *x < 1e-6), "{k:?}");
+        assert!(k[11..].iter().all(|x| (x / 50.0 - 1.0).abs() < 3.3e-3), "{k:?}");
     }
 
     #[test]
     fn populations_differ_by_what_must_be_moved() {
-        let a = [(1.0, 1.0), (2.0, 1.0), (6.0, 1.0)];
-        let shifted: Vec<(f64, f64)> = a.iter().map(|x| (x.0 + 2.5, 7.0)).collect();
-        assert!((wasserstein(&a, &shifted) - 2.5).abs() < 1e-12);
+        let a = [1.0, 2.0, 6.0];
+        assert!((wasserstein(&a, &a.map(|x| x + 2.5)) - 2.5).abs() < 1e-12);
         assert_eq!(wasserstein(&a, &a), 0.0);
-        // Half of the weight moves from 6 to 2: 4/6 + the change of weights elsewhere.
-        assert!((wasserstein(&[(0.0, 1.0)], &[(0.0, 1.0), (4.0, 1.0)]) - 2.0).abs() < 1e-12);
+        // Half of the weight moves by 4.
+        assert!((wasserstein(&[0.0], &[0.0, 4.0]) - 2.0).abs() < 1e-12);
+        assert!((wasserstein(&a, &[1.0, 6.0]) - wasserstein(&[1.0, 6.0], &a)).abs() < 1e-12);
+        assert!((wasserstein(&a, &[1.0, 6.0]) - 5.0 / 6.0).abs() < 1e-12, "a sixth of it moves by 1 and by 4");
         assert_eq!((wasserstein(&a, &[]), wasserstein(&[], &[])), (f64::INFINITY, 0.0));
     }
 

@@ -216,19 +216,18 @@ impl Limit for f64 {
 
 /// Answers `ask` for each item, in the items' order; asked in Morton order of their positions, so that
 /// neighbours find the same part of a tree in the cache.
-pub(crate) fn ask_in_order<T: Sync, R: Send>(
+pub(crate) fn ask_in_order<T: Sync, R: Copy + Send + Sync>(
     items: &[T],
     position: impl Fn(&T) -> DVec3 + Sync,
     ask: impl Fn(&T) -> R + Sync,
 ) -> Vec<R> {
-    let points: Vec<Vec3> = items.iter().map(|i| position(i).as_vec3()).collect();
-    let keyed = keyed(items.len(), &|i| [points[i]; 2]);
+    let keyed = keyed(items.len(), &|i| [position(&items[i]).as_vec3(); 2]);
     let answers: Vec<R> = keyed.par_iter().with_min_len(64).map(|k| ask(&items[k.1 as usize])).collect();
-    let mut out: Vec<Option<R>> = std::iter::repeat_with(|| None).take(items.len()).collect();
-    for (k, a) in keyed.iter().zip(answers) {
-        out[k.1 as usize] = Some(a);
+    let mut place = vec![0; items.len()];
+    for (rank, k) in keyed.iter().enumerate() {
+        place[k.1 as usize] = rank as u32;
     }
-    out.into_iter().map(|a| a.expect("every item was asked once")).collect()
+    place.into_par_iter().map(|rank| answers[rank as usize]).collect()
 }
 
 /// Members with their Morton keys, in ascending order of them; equal ones by index.

@@ -22,9 +22,9 @@ pub struct SequenceFrame {
 
 /// Reconstructs a sequence frame by frame, in memory that does not grow with its length.
 ///
-/// A frame comes out once the frames that it looks at are in: one later for de-noising, and one more for each pass of
-/// the temporal filter if strands are grown. [`SequenceReconstructor::finish`] gives the rest. Neighbours in time are
-/// frames whose indices differ by one; where one is missing or has no answer, its neighbours do without it.
+/// A frame comes out once the frames that it looks at are in: `reach` later ones for de-noising, and one more for each pass
+/// of the temporal filter if strands are grown. [`SequenceReconstructor::finish`] gives the rest. Neighbours in time are
+/// told by their indices; where one is missing or has no answer, its neighbours do without it.
 #[derive(Debug)]
 pub struct SequenceReconstructor {
     rig: Rig,
@@ -122,7 +122,7 @@ impl SequenceReconstructor {
 
     /// Frames after a frame that must be in before it comes out.
     pub fn latency(&self) -> usize {
-        self.passes() + usize::from(self.registers())
+        self.passes() + self.reach()
     }
 
     /// Takes the next frame and gives those that are ready, in order.
@@ -181,9 +181,10 @@ impl SequenceReconstructor {
         self.variant.strands.map_or(0, |s| s.orientation_passes)
     }
 
-    /// Whether neighbouring frames are registered at all.
-    fn registers(&self) -> bool {
-        self.variant.temporal.denoise || self.passes() > 0
+    /// How many frames before and after a frame it is registered to; the filter looks at one either way.
+    fn reach(&self) -> usize {
+        let temporal = &self.variant.temporal;
+        if temporal.denoise { temporal.reach } else { self.passes().min(1) }
     }
 
     fn present(&self, k: usize) -> Option<&Slot> {
@@ -200,19 +201,26 @@ impl SequenceReconstructor {
         }
     }
 
+    /// Places of the frames `away` before and after the one at `k`.
+    fn around(&self, k: usize, away: usize) -> [Option<usize>; 2] {
+        let Some(own) = self.present(k).map(|s| s.index as usize) else { return [None, None] };
+        let place = |index: Option<usize>| {
+            (0..self.items.len()).find(|&n| self.present(n).map(|s| s.index as usize) == index)
+        };
+        [own.checked_sub(away), Some(own + away)].map(|index| index.and_then(|i| place(Some(i))))
+    }
+
     /// Places of the frames right before and after the one at `k`.
     fn neighbours(&self, k: usize) -> [Option<usize>; 2] {
-        let Some(own) = self.present(k).map(|s| s.index) else { return [None, None] };
-        let adjacent =
-            |at: Option<usize>| at.filter(|&n| self.present(n).is_some_and(|s| s.index.abs_diff(own) == 1));
-        [adjacent(k.checked_sub(1)), adjacent(Some(k + 1))]
+        self.around(k, 1)
     }
 
     fn advance(&mut self, ended: bool, monitor: &dyn Monitor) -> Result<Vec<SequenceFrame>, ReconError> {
         let mut out = Vec::new();
         for k in 0..self.items.len() {
-            let waits = self.registers() && k + 1 == self.items.len() && !ended;
-            if self.present(k).is_some_and(|s| s.clean.is_none()) && !waits {
+            let all_in =
+                |own: u32| self.last_index.is_some_and(|l| l as usize >= own as usize + self.reach());
+            if self.present(k).is_some_and(|s| s.clean.is_none() && (ended || all_in(s.index))) {
                 self.clean(k, monitor)?;
             }
         }
@@ -250,8 +258,9 @@ impl SequenceReconstructor {
                 Item::Present(_) => break,
             }
         }
-        // A frame that is out may still be looked at by the next one.
-        while self.items.len() > 1 && self.is_out(0) && self.is_out(1) {
+        // A frame that is out may still be looked at by those after it.
+        let reach = self.reach().max(1);
+        while self.items.len() > reach && (0..=reach).all(|k| self.is_out(k)) {
             self.items.pop_front();
         }
         Ok(out)
@@ -270,12 +279,13 @@ impl SequenceReconstructor {
         let slot = self.present(k).expect("asked for a frame that has an envelope");
         let mut clock = Clock { stages: slot.diagnostics.stages.clone(), monitor };
         let mut notes = Vec::new();
-        let mut found = [None, None];
-        if self.registers() && self.neighbours(k).iter().any(Option::is_some) {
-            found = clock.stage("registration", 2, || {
+        // From near to far, before and after.
+        let others: Vec<Option<usize>> = (1..=self.reach()).flat_map(|away| self.around(k, away)).collect();
+        let mut found: Vec<Option<Correspondence>> = vec![None; others.len()];
+        if others.iter().any(Option::is_some) {
+            found = clock.stage("registration", others.len() as u64, || {
                 let mut tracker = FrameTracker::new(camera, &slot.raw, temporal)?;
-                let mut found = [None, None];
-                for (place, at) in found.iter_mut().zip(self.neighbours(k)) {
+                for (place, at) in found.iter_mut().zip(&others) {
                     let Some(other) = at.and_then(|n| self.present(n)) else { continue };
                     match tracker.find(&other.raw, monitor) {
                         Ok(c) => {
@@ -304,7 +314,9 @@ impl SequenceReconstructor {
         let slot = self.present_mut(k);
         slot.diagnostics.stages = stages;
         slot.diagnostics.notes.extend(notes);
-        (slot.neighbours, slot.clean) = (found, Some(clean));
+        let mut nearest = found.into_iter();
+        slot.neighbours = std::array::from_fn(|_| nearest.next().flatten());
+        slot.clean = Some(clean);
         Ok(())
     }
 

@@ -281,12 +281,18 @@ fn strands_keep_their_identity_and_follow_the_ball() {
 
 #[test]
 fn a_sequence_that_goes_on_from_a_checkpoint_has_the_bits_of_one_in_one_go() {
-    let (rig, frames) = film(8, DVec3::new(0.6, 0.0, 0.5));
-    let v = small().with("orientation_passes", "1").unwrap();
+    for reach in ["1", "2"] {
+        goes_on_with_the_same_bits(reach);
+    }
+}
+
+fn goes_on_with_the_same_bits(reach: &str) {
+    let (rig, frames) = film(9, DVec3::new(0.6, 0.0, 0.5));
+    let v = small().with("orientation_passes", "1").unwrap().with("reach", reach).unwrap();
     let whole = run(&rig, &frames, &v);
     let mut first = SequenceReconstructor::new(&rig, &v).unwrap();
     assert!(first.checkpoint().is_none());
-    let before: usize = frames[..6].iter().map(|f| first.push(f, &Silent).unwrap().len()).sum();
+    let before: usize = frames[..7].iter().map(|f| first.push(f, &Silent).unwrap().len()).sum();
     let bytes = first.checkpoint().unwrap().to_bytes();
     drop(first);
 
@@ -300,7 +306,7 @@ fn a_sequence_that_goes_on_from_a_checkpoint_has_the_bits_of_one_in_one_go() {
     out.extend(second.finish(&Silent).unwrap());
     assert_eq!(
         out.iter().map(|f| f.frame_index as usize).collect::<Vec<_>>(),
-        (before..8).collect::<Vec<_>>()
+        (before..9).collect::<Vec<_>>()
     );
     for (a, b) in out.iter().zip(&whole[before..]) {
         assert_eq!(a.outcome.as_ref().unwrap().estimate, b.outcome.as_ref().unwrap().estimate);
@@ -350,6 +356,19 @@ fn frames_come_out_in_turn_and_gaps_are_gaps() {
     assert_eq!((notes(1).len(), notes(3).len()), (1, 0));
     let single = reconstruct(&rig, &frames[3], &v, &Silent).unwrap();
     assert_eq!(out[3].outcome.as_ref().unwrap().estimate, single.estimate);
+    // Two frames either way: frame 1 has 0 and 3, frame 3 has 1.
+    let far = v.with("reach", "2").unwrap();
+    let mut s = SequenceReconstructor::new(&rig, &far).unwrap();
+    assert_eq!((s.latency(), s.looks_back()), (2, 2));
+    let order: Vec<usize> = frames[..4].iter().map(|f| s.push(f, &Silent).unwrap().len()).collect();
+    assert_eq!(order, [0, 0, 1, 2], "frames 1 and 2 come when 3 is in");
+    let out = run(&rig, &frames[..4], &far);
+    let others = |k: usize| {
+        let notes = &out[k].outcome.as_ref().unwrap().diagnostics.notes;
+        notes.iter().map(|n| n.split(':').next().unwrap().to_owned()).collect::<Vec<_>>()
+    };
+    assert_eq!(others(1), ["registered to frame 0", "registered to frame 3"]);
+    assert_eq!((others(0).len(), others(3)), (1, vec!["registered to frame 1".to_owned()]));
     // Without de-noising nothing waits.
     let bare = v.with("denoise", "false").unwrap();
     let mut s = SequenceReconstructor::new(&rig, &bare).unwrap();
@@ -362,9 +381,9 @@ fn frames_come_out_in_turn_and_gaps_are_gaps() {
 const RELIEF: Shape = Shape::Relief { half_mm: 75.0 };
 
 /// A relief at rest or drifting, with camera noise of its own in each frame: how much each pixel's depth error changes
-/// from frame to frame.
-fn flicker_mm(step: DVec3, denoise: bool) -> [f64; 2] {
-    let (rig, mut frames) = film_of(RELIEF, 5, step);
+/// from frame to frame; de-noised with `reach` frames either way, or not at all.
+fn flicker_mm(step: DVec3, reach: usize) -> [f64; 2] {
+    let (rig, mut frames) = film_of(RELIEF, 7, step);
     for (k, f) in frames.iter_mut().enumerate() {
         for (c, image) in f.images.iter_mut().enumerate() {
             for (i, v) in image.data.iter_mut().enumerate() {
@@ -375,7 +394,8 @@ fn flicker_mm(step: DVec3, denoise: bool) -> [f64; 2] {
     }
     // 15 mm are 21 pixels of a VGA camera, and 42 mm of this one: noise comes in patches of so many pixels.
     let v = LUO.with("labels", "32").unwrap().with("node_spacing_mm", "42").unwrap();
-    let v = v.with("denoise", &denoise.to_string()).unwrap();
+    let v = v.with("denoise", if reach > 0 { "true" } else { "false" }).unwrap();
+    let v = v.with("reach", &reach.max(1).to_string()).unwrap();
     let out = run(&rig, &frames, &v);
     let error = |k: usize, i: usize| {
         let mut camera = rig.cameras[0].clone();
@@ -388,8 +408,8 @@ fn flicker_mm(step: DVec3, denoise: bool) -> [f64; 2] {
     for y in 24..72 {
         for x in 40..88 {
             let i = y * 128 + x;
-            // The first and the last frame have one neighbour less.
-            let own: Vec<f64> = (1..4).filter_map(|k| error(k, i)).collect();
+            // The frames at the ends have fewer neighbours.
+            let own: Vec<f64> = (2..5).filter_map(|k| error(k, i)).collect();
             let mean = own.iter().sum::<f64>() / own.len() as f64;
             all.push((own.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / (own.len() - 1) as f64).sqrt());
         }
@@ -399,13 +419,16 @@ fn flicker_mm(step: DVec3, denoise: bool) -> [f64; 2] {
 
 #[test]
 fn denoising_takes_flicker_away_at_rest_and_in_motion() {
-    let rest = [false, true].map(|denoise| flicker_mm(DVec3::ZERO, denoise));
-    let motion = [false, true].map(|denoise| flicker_mm(DVec3::new(0.9, 0.4, 0.9), denoise));
+    let rest = [0, 1, 2].map(|reach| flicker_mm(DVec3::ZERO, reach));
+    let motion = [0, 1, 2].map(|reach| flicker_mm(DVec3::new(0.9, 0.4, 0.9), reach));
     println!("flicker (p50, p75) mm by itself and de-noised: at rest {rest:.3?}, in motion {motion:.3?}");
     // Means of three that share two with the next differ by 0.385 of what the frames differ by, were errors independent
     // and the unwarping perfect; half of that gain is asked for. In motion the errors of a pixel 2 mm wide move too.
     assert!(rest[1][1] < 0.69 * rest[0][1], "{rest:?}");
     assert!(motion[1][0] < motion[0][0] && motion[1][1] < motion[0][1], "{motion:?}");
+    // Of five frames, neighbours share four.
+    assert!(rest[2][1] < rest[1][1], "{rest:?}");
+    assert!(motion[2][0] < motion[1][0] && motion[2][1] < motion[1][1], "{motion:?}");
 }
 
 #[test]

@@ -251,7 +251,10 @@ mod tests {
         // Half of the weight moves by 4.
         assert!((wasserstein(&[0.0], &[0.0, 4.0]) - 2.0).abs() < 1e-12);
         assert!((wasserstein(&a, &[1.0, 6.0]) - wasserstein(&[1.0, 6.0], &a)).abs() < 1e-12);
-        assert!((wasserstein(&a, &[1.0, 6.0]) - 5.0 / 6.0).abs() < 1e-12, "a sixth of it moves by 1 and by 4");
+        assert!(
+            (wasserstein(&a, &[1.0, 6.0]) - 5.0 / 6.0).abs() < 1e-12,
+            "a sixth of it moves by 1 and by 4"
+        );
         assert_eq!((wasserstein(&a, &[]), wasserstein(&[], &[])), (f64::INFINITY, 0.0));
     }
 

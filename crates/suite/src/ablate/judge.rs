@@ -57,7 +57,10 @@ pub(super) fn compare(
             let pairs: Vec<Pair<'_>> =
                 without.iter().zip(&with).map(|((key, a), (_, b))| (key, a, b)).collect();
             let units = raw_errors(&pairs)?;
-            for &id in std::iter::once(&ablation.primary).chain(ablation.others) {
+            // What a sequence is too short for is left out.
+            let told = |id: &&&str| pairs.iter().any(|(_, a, b)| a.score(id).or(b.score(id)).is_some());
+            let others = ablation.others.iter().filter(told);
+            for &id in std::iter::once(&ablation.primary).chain(others) {
                 let compared = by_metric(&pairs, &units, id, &Options::default(), 0.0).map_err(|e| {
                     SuiteError::file(Path::new("ablation"), format!("comparing with {}: {e}", arm.label))
                 })?;

@@ -124,7 +124,15 @@ pub const ABLATIONS: &[Ablation] = &[
         with: arm("de-noised", "luo"),
         without: &[arm("frame by frame", "luo-no-denoise")],
         primary: "C3.flicker.p50",
-        others: &["C3.flicker.p95", "A1.median", "A1.p90"],
+        others: &[
+            "C3.flicker.p95",
+            "A1.median",
+            "A1.p90",
+            "C5.depth.lag_2hz",
+            "C5.depth.log2_gain_2hz",
+            "C5.depth.lag_4hz",
+            "C5.depth.log2_gain_4hz",
+        ],
         moving: true,
         // It works on finished depth maps: a weight of the energy has no part in it.
         tuned: false,

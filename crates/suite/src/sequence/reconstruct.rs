@@ -65,11 +65,11 @@ pub fn reconstruct_sequence(
         other => no_answer(frame, other.to_string()),
     };
     let mut method = SequenceReconstructor::new(&rig, variant).map_err(|e| refused(frames[0], e))?;
-    let latency = method.latency();
+    let (latency, back) = (method.latency(), method.looks_back());
     let tracks = variant.strands.is_some();
     let inputs = |k: usize| -> BTreeMap<String, String> {
         let mut inputs = flat("recon", variant);
-        let first = if tracks { 0 } else { k.saturating_sub(1) };
+        let first = if tracks { 0 } else { k.saturating_sub(back) };
         for n in first..(k + latency + 1).min(frames.len()) {
             inputs.insert(format!("frame {}", frames[n]), hashes[n].clone());
         }
@@ -84,7 +84,7 @@ pub fn reconstruct_sequence(
     let quiet = StopOnly(progress);
     if let (Some(&first), Some(&last)) = (missing.first(), missing.last()) {
         progress.stage_begins("reconstruct", out, &format!("{} of {} frames", missing.len(), frames.len()));
-        let mut begin = if tracks { 0 } else { first.saturating_sub(1) };
+        let mut begin = if tracks { 0 } else { first.saturating_sub(back) };
         let tracked = out.join(TRACKED);
         if tracks
             && let Some((k, checkpoint)) = read_checkpoint(&tracked, frames, inputs)
@@ -92,7 +92,7 @@ pub fn reconstruct_sequence(
         {
             method = SequenceReconstructor::resume(&rig, variant, &checkpoint)
                 .map_err(|e| refused(frames[k], e))?;
-            begin = (k + 1).saturating_sub(method.looks_back());
+            begin = (k + 1).saturating_sub(back);
         }
         let end = (last + latency + 1).min(frames.len());
         progress.begin("frames reconstructed", (end - begin) as u64);

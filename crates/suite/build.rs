@@ -40,6 +40,17 @@ const STAGES: &[(&str, &[&str])] = &[
         ],
     ),
     (
+        "BASELINE",
+        &[
+            "crates/types",
+            "crates/io",
+            "crates/solve",
+            "crates/baselines",
+            "crates/suite/src/field.rs",
+            "crates/suite/src/stage.rs",
+        ],
+    ),
+    (
         "SCORE",
         &[
             "crates/types",

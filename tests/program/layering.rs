@@ -30,13 +30,18 @@ fn recon_sees_types_random_numbers_and_solvers_alone() {
 }
 
 #[test]
+fn baselines_see_types_and_solvers_alone() {
+    assert_eq!(ours("strandbench-baselines"), ["strandbench-solve", "strandbench-types"]);
+}
+
+#[test]
 fn the_scorer_and_the_truth_do_not_know_the_method() {
     for package in
         ["strandbench-score", "strandbench-groundtruth", "strandbench-scenes", "strandbench-renderer"]
     {
         let known = ours(package);
         assert!(
-            !known.iter().any(|n| n == "strandbench-recon" || n == "strandbench-suite"),
+            !known.iter().any(|n| ["strandbench-recon", "strandbench-baselines", "strandbench-suite"].contains(&n.as_str())),
             "{package}: {known:?}"
         );
     }

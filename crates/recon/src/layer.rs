@@ -6,30 +6,13 @@ use crate::{ReconError, StrandParameters};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use strandbench_solve::deform::Surface;
-use strandbench_types::{Camera, Plane};
+use strandbench_types::{Silhouette, in_hull};
 
 /// No voxel.
 pub const NO_VOXEL: u32 = u32::MAX;
 
 /// Most voxels of a box around the hair: its index then takes half a gigabyte.
 const VOXEL_LIMIT: u64 = 1 << 27;
-
-/// A camera and its hair mask, for the visual hull.
-#[derive(Clone, Copy, Debug)]
-pub struct Silhouette<'a> {
-    /// The camera.
-    pub camera: &'a Camera,
-    /// True where its image shows hair.
-    pub mask: &'a Plane<bool>,
-}
-
-/// Whether a point (mm) lies inside the visual hull: inside the mask of every camera whose image reaches it.
-pub fn in_hull(silhouettes: &[Silhouette<'_>], at: DVec3) -> bool {
-    silhouettes.iter().all(|s| match s.camera.project(at) {
-        Some((q, _)) if s.camera.contains(q) => *s.mask.at(q.x as usize, q.y as usize),
-        _ => true,
-    })
-}
 
 /// A box of voxels.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,7 +2,7 @@
 
 use crate::field3d::diffuse;
 use crate::growth::{Stop, grow_all};
-use crate::layer::{Layer, SignedDistance, Silhouette, VoxelBox, in_hull};
+use crate::layer::{Layer, SignedDistance, VoxelBox};
 use crate::pipeline::Clock;
 use crate::seeds::{Cage, interior_seeds, surface_seeds};
 use crate::surface::FrameSurface;
@@ -10,7 +10,7 @@ use crate::template::Template;
 use crate::tensor::Tensor;
 use crate::{Checkpoint, ReconError, StrandParameters, TemporalParameters};
 use glam::{DVec3, Vec3};
-use strandbench_types::{Camera, OrientationField, Plane, StrandSet};
+use strandbench_types::{Camera, OrientationField, Plane, Silhouette, StrandSet, in_hull};
 
 /// Edge of the voxels in which distance to the template is taken, in voxels of the tensor volume.
 const DISTANCE_VOXELS: f32 = 2.0;

@@ -6,14 +6,14 @@ use common::{Shape, depth};
 use glam::{DVec2, DVec3, Vec3};
 use strandbench_recon::field3d::{TensorVolume, diffuse, line_at};
 use strandbench_recon::growth::{Stop, grow, grow_all};
-use strandbench_recon::layer::{Layer, SignedDistance, Silhouette, VoxelBox, in_hull};
+use strandbench_recon::layer::{Layer, SignedDistance, VoxelBox};
 use strandbench_recon::seeds::{Cage, interior_seeds, surface_seeds};
 use strandbench_recon::surface::FrameSurface;
 use strandbench_recon::template::Template;
 use strandbench_recon::tensor::{Tensor, outer};
 use strandbench_recon::{ReconError, StrandParameters, TemporalParameters};
 use strandbench_solve::deform::Surface;
-use strandbench_types::{Camera, DepthMap, OrientationField, Plane, Silent};
+use strandbench_types::{Camera, DepthMap, OrientationField, Plane, Silent, Silhouette, in_hull};
 
 const RADIUS_MM: f64 = 80.0;
 const BALL: Shape = Shape::Sphere { radius_mm: RADIUS_MM };

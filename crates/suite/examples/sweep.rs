@@ -1,4 +1,4 @@
-//! Depth errors of many settings of the method on rendered folders, as CSV: what stands behind the parameters
+//! Depth errors of many settings of the method or of a baseline on rendered folders, as CSV: what stands behind the parameters
 //! that the paper leaves out.
 //!
 //! `sweep --render FOLDER [--render FOLDER ...] [--variant NAME] SETTING [SETTING ...]`, where a setting is
@@ -6,7 +6,7 @@
 //! scores are the protocol's A1.
 
 use std::path::PathBuf;
-use strandbench_recon::Variant;
+use strandbench_suite::{Method, Setting, Solver};
 use strandbench_types::Silent;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -25,15 +25,24 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let truth = strandbench_io::read_truth(&folder.join("truth"))?;
         let name = folder.parent().and_then(|p| p.file_name()).unwrap_or_default().to_string_lossy();
         for setting in &settings {
-            let mut v = Variant::named(&variant)?;
-            for pair in setting.split(',').filter(|s| *s != "-") {
-                let (key, value) = pair.split_once('=').ok_or("a setting is key=value")?;
-                v = v.with(key, &value.replace('+', ","))?;
-            }
+            let pairs = setting.split(',').filter(|s| *s != "-");
+            let settings: Vec<Setting> =
+                pairs.map(|pair| pair.replace('+', ",").parse()).collect::<Result<_, _>>()?;
             let start = std::time::Instant::now();
-            let r = strandbench_recon::reconstruct(&rig, &frame, &v, &Silent)?;
+            let (estimate, gap) = match Method::find(&variant, &settings)?.solver {
+                Solver::Variant(v) => {
+                    let made = strandbench_recon::reconstruct(&rig, &frame, &v, &Silent)?;
+                    (made.estimate, made.diagnostics.gap)
+                }
+                Solver::Baseline(b) => {
+                    let made = strandbench_baselines::reconstruct(&rig, &frame, &b, &Silent)?;
+                    eprintln!("{name} {setting}: {:?}", made.account);
+                    (made.estimate, None)
+                }
+                Solver::Outside(_) => return Err("a method from outside has no settings here".into()),
+            };
             let wall = start.elapsed().as_secs_f64();
-            let sheet = strandbench_score::score(&truth, &r.estimate, 1, &Silent)?;
+            let sheet = strandbench_score::score(&truth, &estimate, 1, &Silent)?;
             let get = |id: &str| -> Result<String, Box<dyn std::error::Error>> {
                 Ok(sheet.get("method", id)?.value.map_or("inf".into(), |v| format!("{v:.4}")))
             };
@@ -45,7 +54,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 get("A1.bias_mean")?,
                 get("A1.over_10mm")?,
                 get("A3.completeness")?,
-                r.diagnostics.gap.unwrap_or(f64::NAN),
+                gap.unwrap_or(f64::NAN),
             );
         }
     }

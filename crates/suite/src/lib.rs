@@ -23,6 +23,7 @@ mod deadline;
 mod error;
 mod export;
 mod exposure;
+mod field;
 mod framing;
 pub mod gate;
 pub mod hash;
@@ -61,6 +62,7 @@ pub use scene_job::{SceneJob, all_scenes};
 pub use score::{Curve, ERROR_CHANNEL, ERRORS, PLACES, SCORES, ScoreFile, read_curve, read_places, score};
 pub use settings::{Part, Setting, render_settings};
 pub use stage::{Done, Progress, RECORD_FILE, Record, read_record};
+pub use strandbench_baselines::BASELINES;
 pub use strandbench_score::{Place, Score};
 pub use strandbench_stats::Unit;
 

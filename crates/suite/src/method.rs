@@ -5,8 +5,9 @@ use crate::render::FRAME;
 use crate::sequence::{Sequence, reconstruct_sequence};
 use crate::settings::{Part, Setting, label};
 use crate::stage::{Done, Progress};
-use crate::{SuiteError, reconstruct};
+use crate::{SuiteError, field, reconstruct};
 use std::path::Path;
+use strandbench_baselines::{BASELINES, Baseline};
 use strandbench_recon::{VARIANTS, Variant};
 
 /// What answers.
@@ -14,6 +15,8 @@ use strandbench_recon::{VARIANTS, Variant};
 pub enum Solver {
     /// A row of the variants table, overrides applied.
     Variant(Box<Variant>),
+    /// A method of the field, overrides applied.
+    Baseline(Box<Baseline>),
     /// A program of its own.
     Outside(Box<Outside>),
 }
@@ -28,18 +31,30 @@ pub struct Method {
 }
 
 impl Method {
-    /// A row of [`VARIANTS`] by name, with the overrides of [`Part::Recon`].
+    /// A row of [`VARIANTS`] or [`BASELINES`] by name, with the overrides of [`Part::Recon`].
     ///
     /// # Errors
     /// If there is no such row or no such parameter, or a value does not fit.
     pub fn find(name: &str, settings: &[Setting]) -> Result<Method, SuiteError> {
-        let mut variant = Variant::named(name).map_err(|e| SuiteError::Variant(e.to_string()))?;
-        let mut changes = Vec::new();
-        for setting in settings.iter().filter(|s| s.part == Part::Recon) {
-            variant = variant.with(&setting.key, &setting.value).map_err(|e| setting.fault(e))?;
-            changes.push(format!("{}={}", setting.key, setting.value));
-        }
-        Ok(Method { solver: Solver::Variant(Box::new(variant)), label: label(name, &changes) })
+        let overrides = || settings.iter().filter(|s| s.part == Part::Recon);
+        let solver = if let Some(mut baseline) = Baseline::named(name) {
+            for setting in overrides() {
+                baseline = baseline.with(&setting.key, &setting.value).map_err(|e| setting.fault(e))?;
+            }
+            Solver::Baseline(Box::new(baseline))
+        } else {
+            let unknown = |e: strandbench_recon::ReconError| {
+                let names: Vec<&str> = BASELINES.iter().map(|b| b.name).collect();
+                SuiteError::Variant(format!("{e}; baselines are {}", names.join(", ")))
+            };
+            let mut variant = Variant::named(name).map_err(unknown)?;
+            for setting in overrides() {
+                variant = variant.with(&setting.key, &setting.value).map_err(|e| setting.fault(e))?;
+            }
+            Solver::Variant(Box::new(variant))
+        };
+        let changes: Vec<String> = overrides().map(|s| format!("{}={}", s.key, s.value)).collect();
+        Ok(Method { solver, label: label(name, &changes) })
     }
 
     /// As [`Method::find`], the methods of a configuration included; these have no parameters here.
@@ -75,6 +90,7 @@ impl Method {
     ) -> Result<Done, SuiteError> {
         let variant = match &self.solver {
             Solver::Outside(method) => return outside::reconstruct(method, folder, out, progress),
+            Solver::Baseline(baseline) => return field::reconstruct(baseline, folder, out, progress),
             Solver::Variant(variant) => variant,
         };
         if Sequence::is(folder) {

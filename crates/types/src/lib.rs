@@ -7,15 +7,18 @@
 mod camera;
 mod estimate;
 mod frame;
+mod hull;
 mod image;
 mod mesh;
 mod monitor;
+mod raster;
 mod strands;
 mod truth;
 
 pub use camera::{Camera, Rig};
 pub use estimate::{DepthMap, Estimate, OrientationField};
 pub use frame::Frame;
+pub use hull::{HullRays, HullSpan, Silhouette, in_hull};
 pub use image::Plane;
 pub use mesh::TriMesh;
 pub use monitor::{Cancelled, Monitor, Silent, StopOnly};

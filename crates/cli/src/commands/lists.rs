@@ -6,6 +6,7 @@ use crate::table;
 use anyhow::Result;
 use serde_json::json;
 use strandbench_recon::VARIANTS;
+use strandbench_suite::BASELINES;
 use strandbench_suite::outside::Config;
 use strandbench_suite::{Method, SceneJob, Solver, SuiteError};
 
@@ -44,10 +45,16 @@ pub(super) fn variants(list: &ListArgs, config: &Config, json: bool) -> Result<b
     match list {
         ListArgs::List => {
             if json {
-                return print_json(&serde_json::to_value(VARIANTS)?);
+                let of_method = VARIANTS.iter().map(serde_json::to_value);
+                let all = of_method.chain(BASELINES.iter().map(serde_json::to_value));
+                return print_json(&all.collect::<Result<_, _>>()?);
             }
             for v in VARIANTS {
                 println!("{:<22} {}", v.name, v.asks);
+            }
+            println!("\nbaselines:");
+            for b in BASELINES {
+                println!("{:<22} {}", b.name, b.asks);
             }
             for m in &config.methods {
                 println!("{:<22} {} (a program of its own)", m.name, m.asks);
@@ -56,6 +63,16 @@ pub(super) fn variants(list: &ListArgs, config: &Config, json: bool) -> Result<b
         ListArgs::Show { name } => {
             let variant = match Method::find_in(name, &[], config)?.solver {
                 Solver::Variant(variant) => variant,
+                Solver::Baseline(b) => {
+                    if json {
+                        return print_json(&serde_json::to_value(b)?);
+                    }
+                    println!("{}: {}", b.name, b.asks);
+                    for (key, value) in b.entries() {
+                        println!("  {key} = {value}");
+                    }
+                    return Ok(true);
+                }
                 Solver::Outside(m) => {
                     if json {
                         return print_json(&json!({"name": m.name, "asks": m.asks, "command": m.command}));

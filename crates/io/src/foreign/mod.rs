@@ -1,7 +1,7 @@
 //! Answers of other programs, in the formats that they write, as an estimate.
 
 mod maps;
-mod surface;
+mod points;
 mod units;
 
 pub use maps::{parse_npy, parse_pfm};
@@ -96,7 +96,7 @@ pub fn read_any_estimate(dir: &Path, reference: &Camera) -> Result<Estimate> {
         Some(path) if name(&path) == POINTS => {
             let radius_px = units.point_radius_px(dir)?;
             let points = read_points(&path, |p| units.point(p, reference))?;
-            e.depth = Some(surface::depth_of_points(reference, &points, radius_px));
+            e.depth = Some(points::depth_of_points(reference, &points, radius_px));
         }
         Some(path) if name(&path) == "depth.exr" => {
             if let Some(depth) = e.depth.take() {
@@ -109,7 +109,7 @@ pub fn read_any_estimate(dir: &Path, reference: &Camera) -> Result<Estimate> {
         // The folder's own envelope never answered for the depth; a mesh from outside does.
         None if !dir.join("envelope.ply").exists() => {
             if let Some(mesh) = &e.envelope {
-                let depth = surface::depth_of_mesh(reference, mesh);
+                let depth = DepthMap::of_mesh(reference, mesh);
                 e.depth = Some(depth.map_err(|fault| IoError::new(dir, fault))?);
             }
         }

@@ -93,14 +93,14 @@ fn a_surface_behind_the_camera_is_not_seen_and_one_through_it_is() {
         |p: [DVec3; 3]| TriMesh { vertices: p.map(|p| world(&c, p)).to_vec(), triangles: vec![[0, 1, 2]] };
     let behind =
         triangle([DVec3::new(-9e3, -9e3, -50.0), DVec3::new(9e3, -9e3, -50.0), DVec3::new(0.0, 9e3, -50.0)]);
-    assert_eq!(surface::depth_of_mesh(&c, &behind).unwrap().answered(), 0);
+    assert_eq!(DepthMap::of_mesh(&c, &behind).unwrap().answered(), 0);
     // The plane y = 100 from behind the camera to far away, seen in the rows below the centre.
     let floor = triangle([
         DVec3::new(-9e3, 100.0, -500.0),
         DVec3::new(9e3, 100.0, -500.0),
         DVec3::new(0.0, 100.0, 9e4),
     ]);
-    let depth = surface::depth_of_mesh(&c, &floor).unwrap();
+    let depth = DepthMap::of_mesh(&c, &floor).unwrap();
     for y in 0..H {
         let down = ray(&c, W / 2, y).y;
         let want = (down > 0.0).then(|| 100.0 / down);
@@ -119,7 +119,7 @@ fn a_mesh_that_covers_the_image_too_often_is_refused_before_it_is_drawn() {
     let c = Camera::look_at("center", (4000, 4000), 4000.0, eye, DVec3::ZERO, DVec3::NEG_Y);
     let one = sheet(&c, 700.0, 0.0);
     let many = TriMesh { triangles: one.triangles.repeat(150), ..one };
-    let fault = surface::depth_of_mesh(&c, &many).map(|_| ()).unwrap_err();
+    let fault = DepthMap::of_mesh(&c, &many).map(|_| ()).unwrap_err();
     assert!(fault.contains("300 times over"), "{fault}");
 }
 

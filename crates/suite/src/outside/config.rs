@@ -5,6 +5,7 @@ use crate::{SuiteError, hash};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use strandbench_baselines::Baseline;
 use strandbench_recon::VARIANTS;
 
 /// The file that is looked for in the working directory.
@@ -114,7 +115,7 @@ impl Outside {
         if label(name, &[]) != name {
             return Err("the name is a folder's: letters, digits and ._-+= alone, no leading dot".into());
         }
-        if VARIANTS.iter().any(|v| v.name == name) {
+        if VARIANTS.iter().any(|v| v.name == name) || Baseline::named(name).is_some() {
             return Err("is the name of a built-in variant; choose another".into());
         }
         let command = match m.command {

@@ -147,3 +147,8 @@ pub fn reconstruct(
         Kind::ConstantDepth(_) => constant::reconstruct(rig, frame, monitor),
     }
 }
+
+#[cfg(test)]
+mod testing;
+#[cfg(test)]
+mod tests;

@@ -180,8 +180,6 @@ mod tests {
         for kind in [true, false] {
             for (i, d) in distance_to(&mask, kind).into_iter().enumerate() {
                 let to = |j: usize| {
-                    let (dx, dy) = (i.abs_diff(j) as f64, 0.0);
-                    let _ = (dx, dy);
                     DVec2::new((i % w) as f64, (i / w) as f64)
                         .distance(DVec2::new((j % w) as f64, (j / w) as f64))
                 };

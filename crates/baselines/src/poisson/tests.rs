@@ -24,16 +24,16 @@ fn radii(mesh: &TriMesh) -> Vec<f64> {
 
 #[test]
 fn samples_of_a_sphere_give_the_sphere() {
-    // 10 mm² a sample, 3.2 mm apart: smoothed over cells of 4 mm. Screening holds the surface to the samples; what is left
-    // is the interpolation between them: a piecewise linear χ misses an arc of chord 4 mm by at most 4² / 8r = 0.05 mm,
-    // and the values at samples by the residual over the slope (half a jump a smoothing width of 4 mm).
+    // 10 mm² a sample, 3.2 mm apart: smoothed over cells of 4 mm. A piecewise linear χ misses an arc of chord 4 mm by up to
+    // 4² / 8r = 0.05 mm, which is what the middle one of the vertices may be off; between samples, which nothing holds, the
+    // surface may sag by a quarter of a cell of 2 mm.
     let solved = poisson(&sphere(2000), &OPTIONS, &Silent).unwrap();
-    let slack = 0.05 + 2.0 * solved.residual * 2.0 * 4.0;
     assert!(solved.residual < 0.02, "{}", solved.residual);
-    let radii = radii(&solved.mesh);
-    assert!(radii.len() > 5000);
-    let worst = radii.iter().map(|r| (r - RADIUS).abs()).fold(0.0, f64::max);
-    assert!(worst < slack.max(0.1), "{worst} mm of {slack}");
+    let mut off: Vec<f64> = radii(&solved.mesh).iter().map(|r| (r - RADIUS).abs()).collect();
+    assert!(off.len() > 5000);
+    off.sort_unstable_by(f64::total_cmp);
+    let (middle, worst) = (off[off.len() / 2], off[off.len() - 1]);
+    assert!(middle < 0.05 && worst < 0.25 * OPTIONS.cell_mm, "{middle} and {worst} mm");
     let area: f64 = solved.area_mm2.iter().sum();
     let whole = 4.0 * std::f64::consts::PI * RADIUS * RADIUS;
     assert!((area / whole - 1.0).abs() < 0.1, "{area} of {whole}");

@@ -2,7 +2,7 @@
 #![cfg(target_os = "linux")]
 
 use crate::outside::args;
-use crate::support::{SCENE, copy_of_finished, files, folder, json, ok, python};
+use crate::support::{SCENE, copy_of_finished, fails, files, folder, json, ok, python};
 use glam::{DVec2, DVec3};
 use strandbench_types::{Camera, Frame, Plane, Rig};
 
@@ -35,6 +35,34 @@ fn the_baselines_run_and_are_rows() {
     assert!(std::fs::read_to_string(log).unwrap().contains("pixels of the mask answered"));
     let foreign = files(&dir.join("baselines"));
     assert!(foreign.contains_key("requirements.txt"));
+}
+
+#[test]
+fn the_built_in_baselines_are_rows_are_kept_and_refuse_what_they_do_not_know() {
+    let dir = copy_of_finished("built-in-baselines");
+    let names = ["pmvs-poisson", "visual-hull", "constant-depth"];
+    let listed = ok(&dir, &["variants", "list"]);
+    let below = listed.split("baselines:").nth(1).unwrap();
+    assert!(names.iter().all(|n| below.contains(n)), "{listed}");
+    let first = json(&dir, &args(&names[1..]));
+    let again = json(&dir, &args(&names[1..]));
+    for (k, name) in names[1..].iter().enumerate() {
+        let (row, later) = (&first["rows"][k], &again["rows"][k]);
+        assert_eq!((&row["variant"], &row["outcome"]), (&(*name).into(), &"ok".into()), "{row}");
+        let reused = |row: &serde_json::Value| {
+            row["reused"].as_array().unwrap().contains(&serde_json::Value::from("reconstruct"))
+        };
+        assert!(!reused(row) && reused(later), "{row} {later}");
+    }
+    // Twelve pixels of hair are enough for a few patches at full resolution; a setting is part of the folder's name.
+    let sets = ["--set", "level=0", "--set", "min_images=2", "--set", "surface_cell_mm=6"];
+    let row = &json(&dir, &[&args(&names[..1])[..], &sets].concat())["rows"][0];
+    assert_eq!(row["outcome"], "ok", "{row}");
+    assert_eq!(row["variant"], "pmvs-poisson+level=0+min_images=2+surface_cell_mm=6");
+    let wrong = fails(&dir, &[&args(&names[..1])[..], &["--set", "lambda=1"]].concat());
+    assert!(wrong.contains("lambda") && wrong.contains("screening"), "{wrong}");
+    let unknown = fails(&dir, &args(&["pmvs"]));
+    assert!(unknown.contains("pmvs-poisson") && unknown.contains("luo"), "{unknown}");
 }
 
 /// Brightness of a wall with hills of 10 to 60 mm, which no two of its places share.

@@ -31,7 +31,7 @@ impl Reconstruction<'_> {
 
     /// Visibility consistency: |V*| (1 - g*) is at least the sum of 1 - g* over the patches that lie in the same cells
     /// and are no neighbours.
-    fn consistent(&self, number: usize) -> bool {
+    pub(super) fn consistent(&self, number: usize) -> bool {
         let patch = &self.patches[number];
         let mut against: Vec<u32> = Vec::new();
         for v in bits(patch.visible) {
@@ -47,14 +47,14 @@ impl Reconstruction<'_> {
     }
 
     /// Enough of the views that agree see the patch by the depth test.
-    fn seen_enough(&self, number: usize) -> bool {
+    pub(super) fn seen_enough(&self, number: usize) -> bool {
         let patch = &self.patches[number];
         let seen = |&v: &usize| self.cells.in_front(self.views, &self.patches, v, patch.centre);
         bits(patch.agreeing).filter(seen).count() >= self.p.min_images
     }
 
     /// Of the patches in its own cell and the four beside it, in all views that see it, enough are neighbours.
-    fn in_company(&self, number: usize) -> bool {
+    pub(super) fn in_company(&self, number: usize) -> bool {
         let patch = &self.patches[number];
         let mut around: Vec<u32> = Vec::new();
         for v in bits(patch.visible) {

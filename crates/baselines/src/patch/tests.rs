@@ -108,9 +108,10 @@ fn a_patch_that_a_better_one_hides_is_dropped() {
     let mut clock = Clock::new(&Silent);
     let mut all = patches(&rig, &frame, &P, &mut clock).unwrap();
     let good = all.len();
-    // A lone patch 60 mm in front, with a poor score.
+    // A lone patch 60 mm in front, with a poor score, and one as far behind.
     let nearest = all.iter().min_by(|a, b| a.centre.length().total_cmp(&b.centre.length())).copied().unwrap();
     all.push(Patch { centre: nearest.centre + DVec3::Z * 60.0, cost: 0.6, ..nearest });
+    all.push(Patch { centre: nearest.centre - DVec3::Z * 60.0, cost: 0.0, ..nearest });
     let mut state = Reconstruction {
         cells: Cells::new(&views, P.cell_px, &all),
         views: &views,
@@ -118,6 +119,11 @@ fn a_patch_that_a_better_one_hides_is_dropped() {
         range_mm: (rig.near_mm, rig.far_mm),
         patches: all,
     };
+    let middle = state.patches.iter().position(|p| *p == nearest).unwrap();
+    assert!(!state.consistent(good), "others of its cells agree better than it");
+    assert!(state.seen_enough(good) && !state.seen_enough(good + 1), "only the one behind is hidden");
+    assert!(!state.in_company(good) && !state.in_company(good + 1), "nothing is near to either");
+    assert!(state.in_company(middle));
     state.filter();
     assert!(state.patches.iter().all(|p| p.centre.z.abs() < 20.0), "the lone patch is gone");
     assert!(state.patches.len() * 10 > good * 9, "{} of {good} stay", state.patches.len());

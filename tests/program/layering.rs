@@ -41,7 +41,10 @@ fn the_scorer_and_the_truth_do_not_know_the_method() {
     {
         let known = ours(package);
         assert!(
-            !known.iter().any(|n| ["strandbench-recon", "strandbench-baselines", "strandbench-suite"].contains(&n.as_str())),
+            !known
+                .iter()
+                .any(|n| ["strandbench-recon", "strandbench-baselines", "strandbench-suite"]
+                    .contains(&n.as_str())),
             "{package}: {known:?}"
         );
     }

@@ -74,7 +74,7 @@ fn mesh(rig: &Rig, masks: &[&Plane<bool>], around: &[DVec3], cell_mm: f64) -> Re
     let high = around.iter().fold(DVec3::NEG_INFINITY, |a, &b| a.max(b)) + 2.0 * cell_mm;
     let cells = ((high - low) / cell_mm).ceil();
     let nodes = (cells.x + 1.0) * (cells.y + 1.0) * (cells.z + 1.0);
-    if !(nodes <= MOST_NODES as f64) {
+    if nodes.is_nan() || nodes > MOST_NODES as f64 {
         return Err(BaselineError::TooManyNodes { nodes: nodes as u64, cell_mm, limit: MOST_NODES });
     }
     let lattice = Lattice { origin: low, cell_mm, size: cells.to_array().map(|c| c as usize + 1) };

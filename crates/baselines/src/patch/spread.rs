@@ -67,7 +67,7 @@ impl Reconstruction<'_> {
                             return None;
                         }
                         let candidates = this.candidates(reference, f, &features);
-                        candidates.into_iter().find_map(|c| this.from_point(reference, c, limits))
+                        candidates.into_iter().find_map(|c| this.at_point(reference, c, limits))
                     })
                     .collect();
                 for (f, patch) in batch.iter().zip(found) {
@@ -123,7 +123,7 @@ impl Reconstruction<'_> {
     }
 
     /// A patch at a point that faces the reference view, if it can be made to agree.
-    fn from_point(&self, reference: usize, centre: DVec3, limits: Limits) -> Option<Patch> {
+    fn at_point(&self, reference: usize, centre: DVec3, limits: Limits) -> Option<Patch> {
         let normal = self.views[reference].towards(centre);
         let visible = self.facing(centre, normal) | 1 << reference;
         let patch = Patch { centre, normal, reference, visible, agreeing: 0, cost: 0.0 };

@@ -109,7 +109,7 @@ fn lattice_around(samples: &[Oriented], h: f64) -> Result<(Lattice, usize), Base
     let margin = DVec3::splat(MARGIN_CELLS * h) + 0.05 * (high - low);
     let cells = ((high - low + 2.0 * margin) / h).ceil();
     let nodes = (cells.x + 1.0) * (cells.y + 1.0) * (cells.z + 1.0);
-    if !(nodes <= MOST_NODES as f64) {
+    if nodes.is_nan() || nodes > MOST_NODES as f64 {
         return Err(BaselineError::TooManyNodes { nodes: nodes as u64, cell_mm: h, limit: MOST_NODES });
     }
     let cells = cells.to_array().map(|c| c as usize);

@@ -74,6 +74,13 @@ fn the_constant_is_the_depth_that_the_rig_is_aimed_at() {
             None => assert!(!hair),
         }
     }
+    // Where the world's origin lies does not matter.
+    let mut moved = rig.clone();
+    for c in &mut moved.cameras {
+        c.translation_mm -= c.camera_from_world * DVec3::new(40.0, -70.0, 300.0);
+    }
+    let answer = run("constant-depth", &moved, &frame).unwrap().estimate.depth.unwrap();
+    assert!((f64::from(answer.get(160, 120).unwrap()) - DISTANCE_MM).abs() < 1e-3);
     // Parallel cameras are aimed nowhere, and one camera neither: the middle of the working volume.
     let mut parallel = rig.clone();
     for (k, c) in parallel.cameras.iter_mut().enumerate() {

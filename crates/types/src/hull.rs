@@ -72,7 +72,7 @@ impl Other<'_> {
 }
 
 impl<'a> HullRays<'a> {
-    /// The hull of `masks`, indexed [camera]; the reference camera's own is not asked.
+    /// The hull of `masks`, indexed `[camera]`; the reference camera's own is not asked.
     ///
     /// # Panics
     /// If the rig has no camera.

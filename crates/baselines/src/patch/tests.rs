@@ -144,6 +144,10 @@ fn images_without_texture_one_camera_and_no_hair_are_errors() {
         image.data.fill(0.3);
     }
     let flat = run(&rig, &frame);
+    let views = View::all(&rig, &frame, 0);
+    let one =
+        Patch { centre: DVec3::Z * 70.0, normal: DVec3::Z, reference: 0, visible: 1, agreeing: 1, cost: 0.0 };
+    assert!(refine::Matching::new(&views, &one, &P).is_none(), "a flat window matches nothing");
     assert!(
         matches!(flat, BaselineError::NoPatches { .. }) && flat.to_string().contains("texture"),
         "{flat}"

@@ -7,7 +7,7 @@ use crate::compare::{Compared, Pair, by_metric, raw_errors};
 use crate::results::CellResult;
 use serde::Serialize;
 use std::path::Path;
-use strandbench_stats::{Options, Verdict, holm};
+use strandbench_stats::{Options, Unit, Verdict, holm};
 
 /// The paper's arm against another by one metric.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -18,6 +18,8 @@ pub struct Comparison {
     pub primary: bool,
     /// Whether each arm has its tuned weight, or the variant's own.
     pub tuned: bool,
+    /// Whether all cells are of one scene: what is said is said of it alone, and what counts as a scene is a seed.
+    pub of_seeds: bool,
     /// The paper's arm less the other; p is corrected over the primary comparisons.
     #[serde(flatten)]
     pub compared: Compared,
@@ -57,15 +59,19 @@ pub(super) fn compare(
             let pairs: Vec<Pair<'_>> =
                 without.iter().zip(&with).map(|((key, a), (_, b))| (key, a, b)).collect();
             let units = raw_errors(&pairs)?;
+            // Seeds of the only scene are observations of their own: of that scene alone something can be said.
+            let of_seeds = pairs.iter().all(|(key, ..)| key.0 == pairs[0].0.0);
+            let unit = if of_seeds { Unit::SceneSeed } else { Unit::Scene };
+            let options = Options { unit, ..Options::default() };
             // What a sequence is too short for is left out.
             let told = |id: &&&str| pairs.iter().any(|(_, a, b)| a.score(id).or(b.score(id)).is_some());
             let others = ablation.others.iter().filter(told);
             for &id in std::iter::once(&ablation.primary).chain(others) {
-                let compared = by_metric(&pairs, &units, id, &Options::default(), 0.0).map_err(|e| {
+                let compared = by_metric(&pairs, &units, id, &options, 0.0).map_err(|e| {
                     SuiteError::file(Path::new("ablation"), format!("comparing with {}: {e}", arm.label))
                 })?;
                 let primary = id == ablation.primary && tuned == tunes;
-                all.push(Comparison { against: arm.label.to_owned(), primary, tuned, compared });
+                all.push(Comparison { against: arm.label.to_owned(), primary, tuned, of_seeds, compared });
             }
         }
     }
@@ -94,10 +100,11 @@ fn sentence(ablation: &Ablation, c: &Comparison) -> String {
             None => format!("{} (one side has no answer)", s.scene),
         })
         .collect();
+    let scenes = if c.of_seeds { "seeds of one scene" } else { "scenes" };
     let not = if lost.is_empty() { String::new() } else { format!(", not on {}", lost.join(", ")) };
     format!(
-        "{}: {} less {} is {mean} in {} (95 % interval {interval}), over {} scenes and {} cells; better on {:.0} % of \
-         scenes{not}. p {}, {} with Holm's correction.",
+        "{}: {} less {} is {mean} in {} (95 % interval {interval}), over {} {scenes} and {} cells; better on {:.0} % of \
+         them{not}. p {}, {} with Holm's correction.",
         c.claim(),
         ablation.with.label,
         c.against,
@@ -162,6 +169,24 @@ mod tests {
         assert_eq!(said.len(), 1);
         assert!(said[0].starts_with(&format!("{}: orientation less NCC is ", all[0].claim())), "{}", said[0]);
         all.into_iter().next().unwrap()
+    }
+
+    #[test]
+    fn seeds_of_the_only_scene_speak_of_it_alone() {
+        let metric = ABLATIONS.iter().find(|a| a.name == "metric").unwrap();
+        let mut rows = Vec::new();
+        for (seed, less) in (1..).zip([0.5, 0.6, 0.4, 0.5, 0.7, 0.55]) {
+            for (arm, v) in [("orientation", 2.0), ("NCC", 2.0 + less)] {
+                let mut r = ArmRow { tuned: false, ..row(arm, "the only one", Some(v)) };
+                r.row.seed = seed;
+                rows.push(r);
+            }
+        }
+        let all = compare(metric, false, &rows).unwrap();
+        let d = &all[0].compared.difference;
+        assert!(all[0].of_seeds && d.interval.is_some_and(|[_, high]| high < 0.0), "{d:?}");
+        let said = sentences(metric, &all).remove(0);
+        assert!(said.starts_with("Reproduced") && said.contains("over 6 seeds of one scene"), "{said}");
     }
 
     #[test]

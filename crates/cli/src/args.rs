@@ -1,7 +1,9 @@
 //! What can be asked for.
 
 use crate::judge_args::{CompareArgs, GateArgs, HistoryArgs};
+use crate::workflow_args::WorkflowCommand;
 use clap::{Args as ClapArgs, Parser, Subcommand};
+use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use strandbench_suite::Setting;
 use strandbench_suite::ablate::Set;
@@ -17,7 +19,7 @@ use strandbench_suite::sequence::Frames;
     after_help = "Examples:
   strandbench run                                   the whole job on the default scene
   strandbench run --scene messy-red --variant luo-ncc
-  strandbench run --all --out results               every scene of the catalogue, one table over all
+  strandbench run --all --out results               every still scene of the catalogue, one table over all
   strandbench run --hair straight.hair --preset yuksel
   strandbench run --set recon.lambda=0.2 --set scene.rig.baseline_x_mm=200
   strandbench scenes list
@@ -179,6 +181,9 @@ Exit code 0: the gate is open. 1: it is shut.")]
 
 Every run adds to history.sqlite in its folder, which any program that knows SQLite can read.")]
     History(HistoryArgs),
+    /// The matrix of a run as a Snakemake workflow, for a cluster or many processes: the same report, bit for bit
+    #[command(subcommand)]
+    Workflow(WorkflowCommand),
     /// The renderer against other programs: Mitsuba 3, Embree, and a second writing of the fibre model
     #[command(after_help = "Examples:
   strandbench crosscheck                            cameras, geometry, scattering, direct light: a minute
@@ -207,12 +212,12 @@ pub struct CrosscheckArgs {
 }
 
 /// Which scenes.
-#[derive(ClapArgs, Debug, Clone)]
+#[derive(ClapArgs, Debug, Clone, Serialize, Deserialize)]
 pub struct SceneArgs {
     /// A scene of the catalogue by name, or a .toml file; may be repeated
     #[arg(long, value_name = "NAME|FILE.toml")]
     pub scene: Vec<String>,
-    /// Every scene of the catalogue that does not move
+    /// Every scene of the catalogue that does not move; with --frames those that move too
     #[arg(long, conflicts_with = "scene")]
     pub all: bool,
     /// Real strands from a .hair, .data, .ply or .tfx file instead of a scene
@@ -226,9 +231,9 @@ pub struct SceneArgs {
     /// Frames of a moving scene: A..B (without B), A.., ..B, or how many [default: all]
     #[arg(long, value_name = "A..B", conflicts_with = "hair")]
     pub frames: Option<Frames>,
-    /// Seed of hair, sampling, sensor noise and nulls
-    #[arg(long, default_value_t = 1)]
-    pub seed: u64,
+    /// Seed of hair, sampling, sensor noise and nulls; may be repeated
+    #[arg(long, default_value = "1")]
+    pub seed: Vec<u64>,
     /// Where results go
     #[arg(long, default_value = "strandbench-out", value_name = "DIR")]
     pub out: PathBuf,
@@ -243,7 +248,7 @@ fn parse_setting(text: &str) -> Result<Setting, String> {
 }
 
 /// How a hair file becomes millimetres.
-#[derive(ClapArgs, Debug, Clone)]
+#[derive(ClapArgs, Debug, Clone, Serialize, Deserialize)]
 #[command(next_help_heading = "Hair files")]
 pub struct ImportOptionArgs {
     /// Scale and axes of a published collection: yuksel, yuksel-woman, usc, neuralhaircut
@@ -272,7 +277,7 @@ pub struct ImportOptionArgs {
     pub head: Option<PathBuf>,
 }
 
-#[derive(ClapArgs, Debug)]
+#[derive(ClapArgs, Debug, Clone, Serialize, Deserialize)]
 pub struct RunArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
@@ -510,7 +515,7 @@ mod tests {
             .unwrap();
         let Command::Run(run) = args.command else { panic!("run") };
         assert_eq!(run.scene.import.up.as_deref(), Some("-z"));
-        assert_eq!((run.scene.seed, run.variant.as_slice()), (1, &["luo".to_owned()][..]));
+        assert_eq!((&run.scene.seed[..], run.variant.as_slice()), (&[1][..], &["luo".to_owned()][..]));
         assert!(Args::try_parse_from(["s", "run", "--set", "lambda"]).is_err());
         assert!(Args::try_parse_from(["s", "run", "--all", "--hair", "a.hair"]).is_err());
         assert!(Args::try_parse_from(["s", "run", "--threads", "0"]).is_err());

@@ -1,6 +1,7 @@
 //! `strandbench bench`.
 
 use crate::args::BenchArgs;
+use crate::print::{out, outln};
 use crate::progress::Show;
 use anyhow::{Result, anyhow};
 use strandbench_bench::{BenchError, Options, What};
@@ -28,9 +29,9 @@ pub fn run(args: &BenchArgs, threads: Option<u16>, show: &Show, json: bool) -> R
         report.write(folder)?;
     }
     if json {
-        println!("{}", serde_json::to_string_pretty(&report)?);
+        outln!("{}", serde_json::to_string_pretty(&report)?);
     } else if !show.quiet() {
-        print!("{}", report.table());
+        out!("{}", report.table());
     }
     Ok(true)
 }

@@ -2,6 +2,7 @@
 
 use crate::args::CrosscheckArgs;
 use crate::commands::print_json;
+use crate::print::outln;
 use crate::progress::Show;
 use anyhow::{Context, Result};
 use strandbench_crosscheck::{Options, Size, Verdict, as_json, run, write_report};
@@ -28,9 +29,9 @@ pub fn crosscheck(args: &CrosscheckArgs, show: &Show, json: bool) -> Result<bool
     }
     if !show.quiet() {
         for gate in outcome.gates() {
-            println!("{gate}");
+            outln!("{gate}");
             if gate.verdict == Verdict::Failed && !gate.note.is_empty() {
-                println!("        {}", gate.note);
+                outln!("        {}", gate.note);
             }
         }
     }

@@ -1,13 +1,18 @@
 //! The command line: arguments in, a call into the suite, words or JSON out.
 
+#![warn(clippy::print_stdout, clippy::print_stderr)]
+
 mod args;
 mod bench;
 mod commands;
 mod crosscheck;
 mod judge_args;
+mod print;
 mod progress;
 mod table;
+mod workflow_args;
 
+use crate::print::errln;
 use clap::Parser;
 use std::process::ExitCode;
 use strandbench_crosscheck::CrossError;
@@ -24,7 +29,7 @@ pub fn main() -> ExitCode {
                 .downcast_ref::<SuiteError>()
                 .is_some_and(|e| matches!(e, SuiteError::Cancelled))
                 || error.downcast_ref::<CrossError>().is_some_and(|e| matches!(e, CrossError::Cancelled(_)));
-            eprintln!("strandbench: {error:#}");
+            errln!("strandbench: {error:#}");
             ExitCode::from(if cancelled { 130 } else { 1 })
         }
     }

@@ -1,5 +1,6 @@
 //! Progress on standard error: bars on a terminal, a line a stage elsewhere, nothing when quiet.
 
+use crate::print::errln;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::io::IsTerminal;
 use std::path::Path;
@@ -16,7 +17,7 @@ pub fn listen_for_ctrl_c() -> anyhow::Result<()> {
         if STOP.swap(true, Ordering::SeqCst) {
             std::process::exit(130);
         }
-        eprintln!("strandbench: stopping; once more to stop at once");
+        errln!("strandbench: stopping; once more to stop at once");
     })?;
     Ok(())
 }
@@ -53,7 +54,7 @@ impl Show {
     /// A line for people.
     pub fn say(&self, text: &str) {
         if !self.quiet {
-            self.bar().suspend(|| eprintln!("{text}"));
+            self.bar().suspend(|| errln!("{text}"));
         }
     }
 }

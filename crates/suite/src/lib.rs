@@ -6,7 +6,8 @@
 //! OUT/<scene>/<variant>/reconstruct/  estimate/  diagnostics.json
 //! OUT/<scene>/<variant>/score/        scores.json  scores.csv  errors.exr  errors_<metric>_<subject>.f32  places_A1.u32
 //! OUT/<scene>/<variant>/report/       report.html  report.json  report.csv
-//! OUT/index.html, index.json          all cells of the last run, pooled
+//! OUT/index.html, results.json, .csv  all cells of the last run, pooled: figures alone
+//! OUT/costs.html, index.json          what they cost; both together
 //! OUT/history.sqlite                  all runs, see [`history`]
 //! ```
 //! A moving scene has such a folder for every frame: see [`sequence`].
@@ -45,13 +46,14 @@ mod score;
 pub mod sequence;
 mod settings;
 mod stage;
+pub mod workflow;
 
 pub use cell::{Cell, Outcome, Places, Row};
 pub use error::SuiteError;
 pub use export::{Export, Exported, MESH_ENDINGS, STRAND_ENDINGS, export};
 pub use exposure::{METERED_SHARE, Metered};
 pub use import::{Imported, import};
-pub use lock::{LOCK_FILE, Lock};
+pub use lock::{Hold, LOCK_FILE, Lock};
 pub use machine::{Cost, Meter, Provenance};
 pub use method::{Method, Solver, variants_table};
 pub use pool::{Summary, run_all};

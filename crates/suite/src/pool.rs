@@ -1,12 +1,14 @@
 //! Many cells: each its own row and report, then one table over all of them.
 
 use crate::cell::{Outcome, Row};
-use crate::report::index;
+use crate::report::{costs, index};
+use crate::results::{ResultLine, to_csv};
 use crate::score::{SCORES, ScoreFile, read_curve};
-use crate::stage::{Progress, read_json, write_json};
-use crate::{Cell, SuiteError, history, run_cell};
+use crate::stage::{Progress, read_json};
+use crate::{Cell, Score, SuiteError, history, run_cell};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
+use strandbench_io::atomic_write;
 
 /// All rows of a run and what they say together.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -42,8 +44,9 @@ pub struct Pooled {
     pub within_10mm: f64,
 }
 
-/// Runs every cell, whatever becomes of the others, and writes `index.html` and `index.json` into `out`. Stopped
-/// after the first cell, it still writes them: what was not run is a row too.
+/// Runs every cell, whatever becomes of the others, and writes the table over all of them into `out`: figures alone
+/// (`index.html`, `results.json`, `results.csv`), cost alone (`costs.html`), and both (`index.json`). Stopped after the
+/// first cell, it still writes them: what was not run is a row too.
 ///
 /// # Errors
 /// If the work is cancelled, or the index cannot be written.
@@ -62,22 +65,60 @@ pub fn run_all(cells: &[Cell], out: &Path, progress: &dyn Progress) -> Result<Su
     summarise(rows, out)
 }
 
-fn summarise(rows: Vec<Row>, out: &Path) -> Result<Summary, SuiteError> {
+/// The figures of a run alone: nothing in it depends on the machine, the number of threads or the time, and so neither on
+/// whether one process made the cells or many.
+#[derive(Serialize)]
+struct Accuracy<'a> {
+    rows: Vec<AccuracyRow<'a>>,
+    pooled: &'a [Pooled],
+}
+
+/// A [`Row`] without cost and places.
+#[derive(Serialize)]
+struct AccuracyRow<'a> {
+    scene: &'a str,
+    variant: &'a str,
+    seed: u64,
+    #[serde(flatten)]
+    outcome: &'a Outcome,
+    protocol: &'a str,
+    scores: &'a [Score],
+}
+
+impl AccuracyRow<'_> {
+    fn of(row: &Row) -> AccuracyRow<'_> {
+        let Row { scene, variant, seed, outcome, protocol, scores, .. } = row;
+        AccuracyRow { scene, variant, seed: *seed, outcome, protocol, scores }
+    }
+}
+
+/// Writes what all rows say together into `out`, and adds them to the history.
+///
+/// # Errors
+/// If raw errors cannot be read or a file cannot be written.
+pub(crate) fn summarise(rows: Vec<Row>, out: &Path) -> Result<Summary, SuiteError> {
     let pooled = pool(&rows)?;
     let history_problem = history::append(out, &rows).err().map(|e| e.to_string());
     let summary = Summary { rows, pooled, index: out.join("index.html"), history_problem };
-    write_whole(&summary.index, index::page(&summary, out).as_bytes())?;
-    let json = out.join("index.json");
-    let temp = out.join(".index.json.new");
-    write_json(&temp, &summary)?;
-    std::fs::rename(&temp, &json).map_err(|e| SuiteError::file(&json, e))?;
+    let accuracy =
+        Accuracy { rows: summary.rows.iter().map(AccuracyRow::of).collect(), pooled: &summary.pooled };
+    for (name, text) in [
+        ("index.html", index::page(&summary, out)),
+        (COSTS, costs::page(&summary)),
+        ("results.csv", to_csv(ResultLine::all(&summary.rows))),
+        ("results.json", json(&accuracy)),
+        ("index.json", json(&summary)),
+    ] {
+        atomic_write(&out.join(name), |w| w.write_all(text.as_bytes()))?;
+    }
     Ok(summary)
 }
 
-fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), SuiteError> {
-    let temp = path.with_extension("new");
-    std::fs::write(&temp, bytes).map_err(|e| SuiteError::file(&temp, e))?;
-    std::fs::rename(&temp, path).map_err(|e| SuiteError::file(path, e))
+/// What the cells cost, apart from what they are worth.
+pub(crate) const COSTS: &str = "costs.html";
+
+fn json(value: &impl Serialize) -> String {
+    serde_json::to_string_pretty(value).expect("figures and texts are plain data") + "\n"
 }
 
 fn pool(rows: &[Row]) -> Result<Vec<Pooled>, SuiteError> {

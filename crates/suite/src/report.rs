@@ -1,6 +1,7 @@
 //! One page per scene and variant that opens from disk, and the same figures as JSON and CSV.
 
 pub(crate) mod chart;
+pub(crate) mod costs;
 mod data;
 mod goals;
 pub(crate) mod index;

@@ -75,6 +75,55 @@ pub struct Line {
     pub coverage: f64,
     /// Protocol version and content hash.
     pub protocol: String,
+    /// What became of a cell that was not scored, which then is one line without a metric; as [`ResultLine`] has it.
+    #[serde(default, skip_serializing)]
+    pub trouble: String,
+}
+
+/// One line of a run's `results.csv`: as [`Line`], cells that were not scored included.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(crate) struct ResultLine {
+    scene: String,
+    variant: String,
+    seed: u64,
+    metric: String,
+    unit: String,
+    value: Option<f64>,
+    coverage: f64,
+    protocol: String,
+    trouble: String,
+}
+
+impl ResultLine {
+    /// The method's figures of all rows in their order; a row that was not scored is one line without a metric.
+    pub(crate) fn all(rows: &[Row]) -> Vec<ResultLine> {
+        let mut lines = Vec::new();
+        for row in rows {
+            let bare = ResultLine {
+                scene: without_seed(&row.scene),
+                variant: row.variant.clone(),
+                seed: row.seed,
+                metric: String::new(),
+                unit: String::new(),
+                value: None,
+                coverage: 0.0,
+                protocol: row.protocol.clone(),
+                trouble: row.outcome.trouble().unwrap_or_default(),
+            };
+            let own = row.scores.iter().filter(|s| s.subject == "method").map(|s| ResultLine {
+                metric: s.metric.clone(),
+                unit: s.unit.clone(),
+                value: s.value,
+                coverage: s.coverage,
+                ..bare.clone()
+            });
+            lines.extend(own);
+            if !bare.trouble.is_empty() {
+                lines.push(bare);
+            }
+        }
+        lines
+    }
 }
 
 /// Records as CSV, a line each after the fields' names.
@@ -167,6 +216,7 @@ impl Results {
                     value: s.value,
                     coverage: s.coverage,
                     protocol: self.protocol.clone(),
+                    trouble: String::new(),
                 });
             }
         }
@@ -235,15 +285,22 @@ fn from_csv(file: &Path) -> Result<Vec<Results>, SuiteError> {
                 format!("{e}; the columns are scene,variant,seed,metric,unit,value,coverage,protocol"),
             )
         })?;
-        let known = known(file, &line.metric)?;
         let key = (line.scene.clone(), line.seed);
         let results = gather.of(file, &line.variant, &line.protocol)?;
+        if line.metric.is_empty() && !line.trouble.is_empty() {
+            let cell = CellResult { trouble: Some(line.trouble), scores: Vec::new(), score_dir: None };
+            if results.cells.insert(key.clone(), cell).is_some() {
+                return Err(twice(file, &line.variant, &key));
+            }
+            continue;
+        }
+        let known = known(file, &line.metric)?;
         let cell = results.cells.entry(key.clone()).or_insert_with(|| CellResult {
             trouble: None,
             scores: Vec::new(),
             score_dir: None,
         });
-        if cell.score(&line.metric).is_some() {
+        if cell.score(&line.metric).is_some() || cell.trouble.is_some() {
             return Err(twice(file, &format!("{} of {}", line.metric, line.variant), &key));
         }
         cell.scores.push(Score {

@@ -1,6 +1,7 @@
 //! `key=value` overrides: of the scene (`scene.`), the renderer (`render.`) and the method (`recon.`).
 
 use crate::SuiteError;
+use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 
 /// Which part of a job an override changes.
@@ -14,8 +15,9 @@ pub enum Part {
     Recon,
 }
 
-/// One override.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// One override; as `key=value` where it is stored.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
 pub struct Setting {
     /// What it changes.
     pub part: Part,
@@ -47,6 +49,20 @@ impl FromStr for Setting {
             return Err(fault("the value is empty"));
         }
         Ok(Setting { part, key: key.to_owned(), value: value.to_owned() })
+    }
+}
+
+impl TryFrom<String> for Setting {
+    type Error = SuiteError;
+
+    fn try_from(text: String) -> Result<Setting, SuiteError> {
+        text.parse()
+    }
+}
+
+impl From<Setting> for String {
+    fn from(setting: Setting) -> String {
+        setting.to_string()
     }
 }
 

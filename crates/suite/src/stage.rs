@@ -138,7 +138,7 @@ pub(crate) fn write(
     std::fs::create_dir_all(parent).map_err(|e| SuiteError::file(parent, e))?;
     sweep(parent);
     let temp = tempfile::Builder::new()
-        .prefix(&format!("{TEMP_PREFIX}{}-", std::process::id()))
+        .prefix(&format!("{TEMP_PREFIX}{}{}-", host(), std::process::id()))
         .tempdir_in(parent)
         .map_err(|e| SuiteError::file(parent, format!("cannot make a folder here: {e}")))?;
     let fresh = temp.path().join("new");
@@ -186,12 +186,21 @@ fn replace(folder: &Path, fresh: &Path, old: &Path) -> Result<(), SuiteError> {
     })
 }
 
-/// Removes what killed runs left behind: temporary folders whose process is gone.
+/// This machine's name as it stands in temporary folders' names, with a dash behind: a process of another machine that
+/// works in the same folder is not known here. Empty where the system does not say it.
+fn host() -> String {
+    let name = std::fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
+    let safe: String = name.trim().chars().filter(|c| c.is_ascii_alphanumeric()).collect();
+    if safe.is_empty() { safe } else { safe + "-" }
+}
+
+/// Removes what killed runs left behind: temporary folders whose process, of this machine, is gone.
 fn sweep(parent: &Path) {
     let Ok(entries) = std::fs::read_dir(parent) else { return };
+    let prefix = format!("{TEMP_PREFIX}{}", host());
     for entry in entries.flatten() {
         let name = entry.file_name();
-        let pid = name.to_str().and_then(|n| n.strip_prefix(TEMP_PREFIX)).and_then(|n| n.split('-').next());
+        let pid = name.to_str().and_then(|n| n.strip_prefix(&prefix)).and_then(|n| n.split('-').next());
         if let Some(pid) = pid.and_then(|p| p.parse::<u32>().ok())
             && Path::new("/proc/self").exists()
             && !Path::new(&format!("/proc/{pid}")).exists()

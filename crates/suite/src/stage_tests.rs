@@ -114,10 +114,12 @@ fn a_folder_of_somebody_else_is_never_replaced() {
 #[test]
 fn leftovers_of_a_killed_run_are_swept_and_those_of_a_living_one_stay() {
     let root = tempfile::tempdir().unwrap();
-    let dead = root.path().join(format!("{TEMP_PREFIX}4294967295-x"));
-    let alive = root.path().join(format!("{TEMP_PREFIX}{}-x", std::process::id()));
+    let dead = root.path().join(format!("{TEMP_PREFIX}{}4294967295-x", host()));
+    let alive = root.path().join(format!("{TEMP_PREFIX}{}{}-x", host(), std::process::id()));
+    let elsewhere = root.path().join(format!("{TEMP_PREFIX}another{}4294967295-x", host()));
     std::fs::create_dir(&dead).unwrap();
+    std::fs::create_dir(&elsewhere).unwrap();
     std::fs::create_dir(&alive).unwrap();
     run("render", &root.path().join("render"), inputs("1"), &Silent, |d| fill(d, "one")).unwrap();
-    assert!(!dead.exists() && alive.exists());
+    assert!(!dead.exists() && alive.exists() && elsewhere.exists());
 }

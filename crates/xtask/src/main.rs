@@ -53,13 +53,14 @@ fn venv_bin(root: &Path) -> PathBuf {
 }
 
 /// Makes `.venv` from the pinned requirements, once per content of the requirements files: the oracles', the
-/// cross-check's and the baselines'. The interpreter, or nothing (said aloud) on a machine without Python; in CI it must
+/// cross-check's, the baselines' and the workflow's. The interpreter, or nothing (said aloud) on a machine without Python; in CI it must
 /// be there.
 fn setup(root: &Path) -> Result<Option<PathBuf>> {
     let lists = [
         "crates/xtask/requirements.txt",
         "renderer/mitsuba/requirements.txt",
         "reports/baselines/requirements.txt",
+        "reports/workflow/requirements.txt",
     ]
     .map(|f| root.join(f));
     let read =

@@ -2,6 +2,7 @@
 
 use super::print_json;
 use crate::args::AblateArgs;
+use crate::print::{errln, outln};
 use crate::progress::Show;
 use anyhow::Result;
 use strandbench_suite::ablate::{ABLATIONS, Ablation, Outcomes, PAGE, Plan, ablate, forecast};
@@ -42,7 +43,7 @@ pub(super) fn run(args: &AblateArgs, show: &Show, json: bool) -> Result<bool> {
     let mut whole = true;
     for r in done.iter().flat_map(|d| &d.rows) {
         if let Some(trouble) = r.row.outcome.trouble() {
-            eprintln!("strandbench: {} on {}: {trouble}", r.arm, r.row.scene);
+            errln!("strandbench: {} on {}: {trouble}", r.arm, r.row.scene);
             whole &= r.row.outcome == Outcome::Ok;
         }
     }
@@ -50,14 +51,14 @@ pub(super) fn run(args: &AblateArgs, show: &Show, json: bool) -> Result<bool> {
 }
 
 fn tell(done: &Outcomes) {
-    println!("{} ({} set): {}", done.source, done.set, done.claim);
+    outln!("{} ({} set): {}", done.source, done.set, done.claim);
     for t in &done.tuned {
-        println!("  {:<22} weight {} (own {})", t.arm, t.lambda, t.own_lambda);
+        outln!("  {:<22} weight {} (own {})", t.arm, t.lambda, t.own_lambda);
     }
     for sentence in &done.sentences {
-        println!("  {sentence}");
+        outln!("  {sentence}");
     }
-    println!("  {}", done.folder.join(PAGE).display());
+    outln!("  {}", done.folder.join(PAGE).display());
 }
 
 fn list(json: bool) -> Result<bool> {
@@ -70,8 +71,8 @@ fn list(json: bool) -> Result<bool> {
     }
     for a in ABLATIONS {
         let against: Vec<&str> = a.without.iter().map(|arm| arm.label).collect();
-        println!("{:<12} {}: {}", a.name, a.source, a.claim);
-        println!("             {} against {}; judged by {}", a.with.label, against.join("; "), a.primary);
+        outln!("{:<12} {}: {}", a.name, a.source, a.claim);
+        outln!("             {} against {}; judged by {}", a.with.label, against.join("; "), a.primary);
     }
     Ok(true)
 }

@@ -2,6 +2,7 @@
 
 use super::print_json;
 use crate::args::{BaselinesArgs, DatasetArgs};
+use crate::print::outln;
 use crate::progress::Show;
 use anyhow::Result;
 use serde_json::json;
@@ -24,8 +25,8 @@ pub(super) fn export_dataset(args: &DatasetArgs, show: &Show, json: bool) -> Res
             (false, true) => ", with the truth",
             (false, false) => ", without the truth",
         };
-        println!("{frames} of {} cameras ({}){with}", made.cameras.len(), made.cameras.join(", "));
-        println!("{}", made.folder.join("README.md").display());
+        outln!("{frames} of {} cameras ({}){with}", made.cameras.len(), made.cameras.join(", "));
+        outln!("{}", made.folder.join("README.md").display());
     }
     Ok(true)
 }
@@ -36,7 +37,7 @@ pub(super) fn list_baselines(json: bool) -> Result<bool> {
         return print_json(&serde_json::Value::Array(all));
     }
     for b in BASELINES {
-        println!("{:<22} {}", b.name, b.asks);
+        outln!("{:<22} {}", b.name, b.asks);
     }
     Ok(true)
 }
@@ -58,9 +59,9 @@ pub(super) fn write_baselines(args: &BaselinesArgs, show: &Show, json: bool) -> 
         return print_json(&json!({"config": config, "python": python}));
     }
     if !show.quiet() {
-        println!("{}", config.display());
+        outln!("{}", config.display());
         let names: Vec<String> = BASELINES.iter().map(|b| format!("--variant {}", b.name)).collect();
-        println!("strandbench run --config {} {}", config.display(), names.join(" "));
+        outln!("strandbench run --config {} {}", config.display(), names.join(" "));
     }
     Ok(true)
 }

@@ -2,6 +2,7 @@
 
 use super::{import_options, print_json};
 use crate::args::{ExportArgs, ImportArgs};
+use crate::print::out;
 use crate::progress::Show;
 use crate::table;
 use anyhow::{Result, bail};
@@ -18,7 +19,7 @@ pub(super) fn import(args: &ImportArgs, show: &Show, json: bool) -> Result<bool>
         return print_json(&serde_json::to_value(&made)?);
     }
     if !show.quiet() {
-        print!("{}", table::import(&made));
+        out!("{}", table::import(&made));
     }
     Ok(true)
 }
@@ -32,7 +33,7 @@ pub(super) fn export(args: &ExportArgs, show: &Show, json: bool) -> Result<bool>
         return print_json(&serde_json::to_value(&made)?);
     }
     if !show.quiet() {
-        print!("{}", table::exported(&made));
+        out!("{}", table::exported(&made));
     }
     Ok(true)
 }

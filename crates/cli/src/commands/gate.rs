@@ -2,6 +2,7 @@
 
 use super::print_json;
 use crate::judge_args::GateArgs;
+use crate::print::{errln, outln};
 use crate::progress::Show;
 use anyhow::{Result, bail};
 use serde_json::json;
@@ -27,7 +28,7 @@ pub(super) fn gate(args: &GateArgs, show: &Show, json: bool) -> Result<bool> {
         if json {
             return print_json(&json!({ "accepted": args.reference, "figures": lines }));
         }
-        println!("{}: {lines} figures accepted; review and commit it", args.reference.display());
+        outln!("{}: {lines} figures accepted; review and commit it", args.reference.display());
         return Ok(true);
     }
     let held = hold(&reference, &now, &plan);
@@ -35,7 +36,7 @@ pub(super) fn gate(args: &GateArgs, show: &Show, json: bool) -> Result<bool> {
         print_json(&serde_json::to_value(&held)?)?;
     } else if !show.quiet() {
         let (better, worse): (Vec<&Change>, Vec<&Change>) = held.changes.iter().partition(|c| c.better);
-        println!(
+        outln!(
             "{} figures of {} cells held: {} worse, {} better, {} other faults",
             held.figures,
             held.cells,
@@ -45,11 +46,11 @@ pub(super) fn gate(args: &GateArgs, show: &Show, json: bool) -> Result<bool> {
         );
     }
     for fault in &held.faults {
-        eprintln!("strandbench: {fault}");
+        errln!("strandbench: {fault}");
     }
     for c in held.changes.iter().take(SHOWN) {
         let value = |v: Option<f64>| v.map_or("no value".to_owned(), |v| v.to_string());
-        eprintln!(
+        errln!(
             "strandbench: {} by {}, seed {}: {} {} -> {} {} ({}; {} may pass)",
             c.scene,
             c.variant,
@@ -63,10 +64,10 @@ pub(super) fn gate(args: &GateArgs, show: &Show, json: bool) -> Result<bool> {
         );
     }
     if held.changes.len() > SHOWN {
-        eprintln!("strandbench: and {} more changes (--json has all)", held.changes.len() - SHOWN);
+        errln!("strandbench: and {} more changes (--json has all)", held.changes.len() - SHOWN);
     }
     if !held.passes() {
-        eprintln!(
+        errln!(
             "strandbench: the gate is shut; where the changes are wanted, `strandbench gate --accept` writes the new reference"
         );
     }
@@ -93,7 +94,7 @@ fn statistical(args: &GateArgs, plan: &Plan, n: u64, show: &Show, json: bool) ->
         bail!("seed {known} is one of the plan's own and not fresh; choose another --first-seed");
     }
     if !show.quiet() && !json {
-        println!("fresh seeds {first} to {}", seeds[seeds.len() - 1]);
+        outln!("fresh seeds {first} to {}", seeds[seeds.len() - 1]);
     }
     let reference = if args.a_a.is_some() { Vec::new() } else { Results::read(&args.reference)? };
     let now = run_plan(args, plan, &seeds, show)?;
@@ -104,7 +105,7 @@ fn statistical(args: &GateArgs, plan: &Plan, n: u64, show: &Show, json: bool) ->
         if json {
             return print_json(&serde_json::to_value(&found)?);
         }
-        println!(
+        outln!(
             "{} of {} rounds failed though nothing changed ({:.1} %): {} reference and {} fresh seeds a scene out of {}; {:.1} % of the \
              95 % intervals leave out zero",
             found.alarms,
@@ -133,9 +134,9 @@ fn statistical(args: &GateArgs, plan: &Plan, n: u64, show: &Show, json: bool) ->
             if f.passes { "passes" } else { "not shown to lose less" }
         );
         if !f.passes {
-            eprintln!("strandbench: {line}");
+            errln!("strandbench: {line}");
         } else if !json && !show.quiet() {
-            println!("{line}");
+            outln!("{line}");
         }
     }
     Ok(found.iter().all(|f| f.passes))

@@ -2,6 +2,7 @@
 
 use super::print_json;
 use crate::judge_args::{CompareArgs, FailIfArg, HistoryArgs};
+use crate::print::{errln, out, outln};
 use crate::progress::Show;
 use anyhow::{Result, bail};
 use strandbench_suite::compare::{FailIf, Question, compare as compared, markdown, table, write};
@@ -27,10 +28,10 @@ pub(super) fn compare(args: &CompareArgs, show: &Show, json: bool) -> Result<boo
     if json {
         print_json(&serde_json::to_value(&comparison)?)?;
     } else if args.markdown {
-        print!("{}", markdown(&comparison));
+        out!("{}", markdown(&comparison));
     } else if !show.quiet() {
-        print!("{}", table(&comparison));
-        println!("{}", to.join("compare.html").display());
+        out!("{}", table(&comparison));
+        outln!("{}", to.join("compare.html").display());
     }
     let rule = match args.fail_if {
         FailIfArg::Worse => FailIf::Worse,
@@ -40,7 +41,7 @@ pub(super) fn compare(args: &CompareArgs, show: &Show, json: bool) -> Result<boo
     };
     let faults = comparison.faults(rule);
     for fault in &faults {
-        eprintln!("strandbench: {fault}");
+        errln!("strandbench: {fault}");
     }
     Ok(faults.is_empty())
 }
@@ -62,14 +63,14 @@ pub(super) fn history(args: &HistoryArgs, show: &Show, json: bool) -> Result<boo
         return print_json(&serde_json::to_value(&entries)?);
     }
     if args.csv {
-        print!("{}", past::csv(&entries));
+        out!("{}", past::csv(&entries));
         return Ok(true);
     }
     let page = args.page.clone().unwrap_or_else(|| args.results.join("history.html"));
     past::draw(&entries, &page)?;
     if !show.quiet() {
-        print!("{}", past::table(&entries));
-        println!("{}", page.display());
+        out!("{}", past::table(&entries));
+        outln!("{}", page.display());
     }
     Ok(true)
 }

@@ -2,6 +2,7 @@
 
 use super::print_json;
 use crate::args::ListArgs;
+use crate::print::{out, outln};
 use crate::table;
 use anyhow::Result;
 use serde_json::json;
@@ -28,14 +29,14 @@ pub(super) fn scenes(list: &ListArgs, json: bool) -> Result<bool> {
                     .collect();
                 return print_json(&serde_json::Value::Array(all));
             }
-            print!("{}", table::scenes(&jobs));
+            out!("{}", table::scenes(&jobs));
         }
         ListArgs::Show { name } => {
             let job = entry(name)?;
             if json {
                 return print_json(&serde_json::to_value(job.spec())?);
             }
-            print!("{}", job.toml);
+            out!("{}", job.toml);
         }
     }
     Ok(true)
@@ -50,14 +51,14 @@ pub(super) fn variants(list: &ListArgs, config: &Config, json: bool) -> Result<b
                 return print_json(&all.collect::<Result<_, _>>()?);
             }
             for v in VARIANTS {
-                println!("{:<22} {}", v.name, v.asks);
+                outln!("{:<22} {}", v.name, v.asks);
             }
             println!("\nbaselines:");
             for b in BASELINES {
                 println!("{:<22} {}", b.name, b.asks);
             }
             for m in &config.methods {
-                println!("{:<22} {} (a program of its own)", m.name, m.asks);
+                outln!("{:<22} {} (a program of its own)", m.name, m.asks);
             }
         }
         ListArgs::Show { name } => {
@@ -77,16 +78,16 @@ pub(super) fn variants(list: &ListArgs, config: &Config, json: bool) -> Result<b
                     if json {
                         return print_json(&json!({"name": m.name, "asks": m.asks, "command": m.command}));
                     }
-                    println!("{}: {}\n  command = {:?}", m.name, m.asks, m.command);
+                    outln!("{}: {}\n  command = {:?}", m.name, m.asks, m.command);
                     return Ok(true);
                 }
             };
             if json {
                 return print_json(&serde_json::to_value(variant)?);
             }
-            println!("{}: {}", variant.name, variant.asks);
+            outln!("{}: {}", variant.name, variant.asks);
             for (key, value) in variant.entries() {
-                println!("  {key} = {value}");
+                outln!("  {key} = {value}");
             }
         }
     }

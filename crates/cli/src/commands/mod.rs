@@ -7,14 +7,16 @@ mod gate;
 mod judge;
 mod lists;
 mod stages;
+mod workflow;
 
 use crate::args::{Args, BaselinesCommand, Command, DatasetCommand, ImportOptionArgs, RunArgs, SceneArgs};
+use crate::print::{errln, out, outln};
 use crate::progress::{Show, listen_for_ctrl_c};
 use crate::table;
 use anyhow::{Result, anyhow, bail};
 use strandbench_io::{ImportOptions, PRESETS};
 use strandbench_suite::outside::Config;
-use strandbench_suite::{Cell, Lock, Method, SceneJob};
+use strandbench_suite::{Cell, Lock, Method, SceneJob, all_scenes};
 
 /// Runs the command; `false` if it ran and something in it failed.
 pub fn run(args: &Args) -> Result<bool> {
@@ -45,6 +47,7 @@ pub fn run(args: &Args) -> Result<bool> {
                 Command::Compare(a) => judge::compare(a, &show, json),
                 Command::Gate(a) => gate::gate(a, &show, json),
                 Command::History(a) => judge::history(a, &show, json),
+                Command::Workflow(c) => workflow::run(c, args.common.config.as_deref(), &show, json),
                 Command::Crosscheck(a) => crate::crosscheck::crosscheck(a, &show, json),
                 Command::Scenes(_) | Command::Variants(_) | Command::Baselines(BaselinesCommand::List) => {
                     unreachable!("answered above")
@@ -55,7 +58,7 @@ pub fn run(args: &Args) -> Result<bool> {
 }
 
 pub(crate) fn print_json(value: &serde_json::Value) -> Result<bool> {
-    println!("{}", serde_json::to_string_pretty(value)?);
+    outln!("{}", serde_json::to_string_pretty(value)?);
     Ok(true)
 }
 
@@ -80,7 +83,9 @@ fn scene_jobs(args: &SceneArgs) -> Result<Vec<SceneJob>> {
     if let Some((name, _)) = only_hair.iter().find(|(_, given)| *given) {
         bail!("{name} says how to read a hair file; give one with --hair FILE");
     }
-    let names: Vec<&str> = if args.all {
+    let names: Vec<&str> = if args.all && args.frames.is_some() {
+        all_scenes().map(|e| e.name).collect()
+    } else if args.all {
         strandbench_scenes::catalog().iter().map(|e| e.name).collect()
     } else if args.scene.is_empty() {
         vec![strandbench_scenes::DEFAULT_SCENE]
@@ -108,7 +113,25 @@ fn import_options(args: &ImportOptionArgs) -> Result<ImportOptions> {
 fn cells(args: &SceneArgs, variants: &[String], config: &Config) -> Result<Vec<Cell>> {
     let methods: Vec<Method> =
         variants.iter().map(|v| Method::find_in(v, &args.settings, config)).collect::<Result<_, _>>()?;
-    Ok(Cell::matrix(&scene_jobs(args)?, &methods, &[args.seed], &args.settings, args.frames)?)
+    let mut cells = Cell::matrix(&scene_jobs(args)?, &methods, &args.seed, &args.settings, args.frames)?;
+    if args.all {
+        // There the frames are those of the scenes that move.
+        cells.iter_mut().filter(|cell| !cell.scene.moves()).for_each(|cell| cell.frames = None);
+    }
+    Ok(cells)
+}
+
+/// Which scenes of the catalogue `--all` leaves out, if it does.
+fn say_left_out(args: &SceneArgs, show: &Show) {
+    if args.all && args.frames.is_none() {
+        let moving: Vec<&str> = strandbench_scenes::moving_catalog().iter().map(|e| e.name).collect();
+        show.say(&format!(
+            "{:<12} {} scenes that move are left out ({}); --all --frames A..B takes them too",
+            "--all",
+            moving.len(),
+            moving.join(", ")
+        ));
+    }
 }
 
 /// What was decided for a hair file, each once.
@@ -122,19 +145,20 @@ fn run_job(args: &RunArgs, config: &Config, show: &Show, json: bool) -> Result<b
     let mut cells = cells(&args.scene, &args.variant, config)?;
     cells.iter_mut().for_each(|cell| cell.time_limit_s = args.time_limit);
     say_notes(&cells, show);
+    say_left_out(&args.scene, show);
     let _lock = Lock::take(&args.scene.out)?;
     let summary = strandbench_suite::run_all(&cells, &args.scene.out, show)?;
     if json {
         print_json(&serde_json::to_value(&summary)?)?;
     } else if !show.quiet() {
-        print!("{}", table::summary(&summary));
+        out!("{}", table::summary(&summary));
     }
     let failed: Vec<String> = summary.rows.iter().filter_map(table::failure).collect();
     for line in &failed {
-        eprintln!("strandbench: {line}");
+        errln!("strandbench: {line}");
     }
     if let Some(problem) = &summary.history_problem {
-        eprintln!("strandbench: this run is not in the history: {problem}");
+        errln!("strandbench: this run is not in the history: {problem}");
     }
     Ok(failed.is_empty())
 }

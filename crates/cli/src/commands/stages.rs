@@ -1,7 +1,8 @@
 //! The stages apart, each on the folder that the one before wrote.
 
-use super::{cells, print_json, say_notes};
+use super::{cells, print_json, say_left_out, say_notes};
 use crate::args::{ReconstructArgs, RenderArgs, ReportArgs, ScoreArgs};
+use crate::print::{out, outln};
 use crate::progress::Show;
 use crate::table;
 use anyhow::{Context, Result, anyhow, bail};
@@ -17,6 +18,7 @@ pub(super) fn render(args: &RenderArgs, show: &Show, json: bool) -> Result<bool>
     }
     let cells = cells(&args.scene, &["luo".to_owned()], &Config::default())?;
     say_notes(&cells, show);
+    say_left_out(&args.scene, show);
     let _lock = Lock::take(&args.scene.out)?;
     let mut done = Vec::new();
     for cell in &cells {
@@ -35,7 +37,7 @@ fn tell(done: &[Done], show: &Show, json: bool) -> Result<bool> {
         return print_json(&serde_json::Value::Array(all));
     }
     for d in done.iter().filter(|_| !show.quiet()) {
-        println!("{}", d.folder.display());
+        outln!("{}", d.folder.display());
     }
     Ok(true)
 }
@@ -136,7 +138,7 @@ fn print_scores(folder: &Path, show: &Show, json: bool) -> Result<()> {
         let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
         let file: strandbench_suite::ScoreFile =
             serde_json::from_str(&text).with_context(|| path.display().to_string())?;
-        print!("{}", table::scores(&file.scores));
+        out!("{}", table::scores(&file.scores));
     }
     Ok(())
 }

@@ -4,7 +4,7 @@ use super::goals::{best_null, goals};
 use super::page::frame;
 use super::tables::{format_value, subject_meaning};
 use crate::cell::{Outcome, Row};
-use crate::pool::Summary;
+use crate::pool::{COSTS, Summary};
 use maud::{Markup, html};
 use std::path::Path;
 
@@ -36,10 +36,11 @@ pub(crate) fn page(summary: &Summary, out: &Path) -> String {
             tr {
                 th { "scene" } th { "variant" } th.n { "seed" }
                 @for (_, title) in COLUMNS { th.n { (title) } }
-                th.n { "answered" } th.n { "best null’s median" } th.n { "goals met" } th.n { "method, s" }
+                th.n { "answered" } th.n { "best null’s median" } th.n { "goals met" }
             }
             @for row in &summary.rows { (line(row, out)) }
         } }
+        p.note { "What it cost stands in " a href=(COSTS) { (COSTS) } ": it is no part of the figures." }
         h2 { "All scenes together" }
         p { "Raw depth errors of all scenes pooled, each scene with the same weight; a median of medians would hide the bad scenes. Beside the method stand guesses that never looked at an image." }
         table {
@@ -138,9 +139,8 @@ fn line(row: &Row, out: &Path) -> Markup {
                     td.n { (format_value(best, "mm")) }
                     @let goals = goals(&row.scores);
                     td.n { (goals.iter().filter(|g| g.met).count()) " of " (goals.len()) }
-                    td.n { (row.costs.get("reconstruct").map_or("—".into(), |c| format!("{:.1}", c.wall_s))) }
                 }
-                other => { td.trouble colspan=(COLUMNS.len() + 4) { (other.trouble().unwrap_or_default()) } }
+                other => { td.trouble colspan=(COLUMNS.len() + 3) { (other.trouble().unwrap_or_default()) } }
             }
         }
     }

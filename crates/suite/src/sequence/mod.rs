@@ -20,6 +20,7 @@ mod whole;
 
 pub use file::{Frames, SEQUENCE_FILE, Sequence, SequenceFile, frame_name};
 pub use reconstruct::{ABSENT, AbsentFile, reconstruct_sequence};
+pub(crate) use render::render_part;
 pub use render::render_sequence;
 pub use score::score_sequence;
 pub use whole::{ALL_FRAMES, FRAME_FIGURES, FrameRow, SequenceFigures};

@@ -8,6 +8,7 @@ use crate::render::{Shot, render_shot};
 use crate::stage::{self, Progress, read_json, write_json};
 use crate::{SceneJob, SuiteError};
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use strandbench_io::atomic_write;
 use strandbench_renderer::Settings;
@@ -37,6 +38,23 @@ pub fn render_sequence(
     settings: &Settings,
     seed: u64,
     frames: Frames,
+    out: &Path,
+    progress: &dyn Progress,
+) -> Result<Stages, SuiteError> {
+    render_part(job, settings, seed, frames, 0..u32::MAX, out, progress)
+}
+
+/// As [`render_sequence`], but of the frames only those in `part`: no frame's images depend on another's. The motion and
+/// the exposure, which all share, are always brought up to date.
+///
+/// # Errors
+/// As [`render_sequence`].
+pub(crate) fn render_part(
+    job: &SceneJob,
+    settings: &Settings,
+    seed: u64,
+    frames: Frames,
+    part: Range<u32>,
     out: &Path,
     progress: &dyn Progress,
 ) -> Result<Stages, SuiteError> {
@@ -85,6 +103,7 @@ pub fn render_sequence(
     let metered: Option<Metered> = read_json(&out.join(EXPOSURE).join(EXPOSURE_FILE))?;
 
     let quiet = StopOnly(progress);
+    let indices: Vec<u32> = indices.into_iter().filter(|index| part.contains(index)).collect();
     progress.begin("frames rendered", indices.len() as u64);
     for &index in &indices {
         let inputs: BTreeMap<String, String> =

@@ -179,6 +179,53 @@ fn a_mask_that_vanishes_is_a_frame_without_an_answer_and_scores_as_one() {
 }
 
 #[test]
+fn a_frame_that_an_estimate_leaves_out_is_the_worst_answer_and_no_frame_at_all_is_an_error() {
+    let dir = copy_of_finished("moving-gaps");
+    let render = format!("out/{SCENE}/render");
+    let answers = dir.join("out").join(SCENE).join(VARIANT).join("reconstruct");
+    // As another program would leave them: files in a folder a frame, none for 1 and 3, an empty one for 4.
+    for frame in [0, 2] {
+        copy(&answers.join(format!("{frame:06}/estimate")), &dir.join(format!("mine/{frame:06}")));
+        std::fs::remove_file(dir.join(format!("mine/{frame:06}/estimate.json"))).unwrap();
+    }
+    std::fs::create_dir(dir.join("mine/000004")).unwrap();
+    let score = ["score", "--estimate", "mine", "--truth", &render, "--out", "score"];
+    ok(&dir, &score);
+    let frames = value(&dir.join("score/all/frames.json"));
+    let whole = value(&dir.join("out").join(SCENE).join(VARIANT).join("score/all/frames.json"));
+    for k in 0..5 {
+        let row = &frames["frames"][k];
+        if [0, 2].contains(&k) {
+            assert!(row["absent"].is_null());
+            assert_eq!(row["method"], whole["frames"][k]["method"], "frame {k} scores as in the whole");
+        } else {
+            assert!(row["absent"].as_str().unwrap().contains("no answer"), "frame {k}: {row}");
+            assert!(row["method"]["A1.median"].is_null(), "infinitely wrong");
+            assert_eq!(row["method"]["A3.completeness"], 0.0);
+        }
+    }
+    let all = value(&dir.join("score/all/scores.json"));
+    let find = |metric: &str| {
+        let scores = all["scores"].as_array().unwrap();
+        scores.iter().find(|s| s["metric"] == metric && s["subject"] == "method").unwrap().clone()
+    };
+    assert!(find("A1.median")["value"].is_null(), "three of five frames are unanswered");
+    let coverage = |k: usize| whole["frames"][k]["method"]["A3.completeness"].as_f64().unwrap();
+    let mean = (coverage(0) + coverage(2)) / 5.0;
+    assert!((find("A1.median")["coverage"].as_f64().unwrap() - mean).abs() < 0.02, "{}", find("A1.median"));
+    assert!(find("C1.noise_sd")["value"].is_null(), "no strand is followed over three frames");
+
+    std::fs::create_dir(dir.join("mine/000009")).unwrap();
+    let error = fails(&dir, &score);
+    assert!(error.contains("000009") && error.contains("no such frame, but 0 to 4"), "{error}");
+    for frame in [0, 2, 9] {
+        std::fs::remove_dir_all(dir.join(format!("mine/{frame:06}"))).unwrap();
+    }
+    let error = fails(&dir, &score);
+    assert!(error.contains("answers to no frame") && error.contains("000000"), "{error}");
+}
+
+#[test]
 fn frames_that_are_missing_or_of_another_size_are_errors_that_name_them() {
     let dir = copy_of_finished("moving-broken");
     let render = format!("out/{SCENE}/render");

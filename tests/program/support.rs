@@ -151,11 +151,13 @@ pub fn results(out: &Path) -> BTreeMap<String, Vec<u8>> {
         "report.json",
         "report.html",
         "index.json",
-        "index.html",
+        "costs.html",
         "history.sqlite",
     ];
     let mut all = files(out);
-    all.retain(|name, _| !timed.iter().any(|t| name.ends_with(t)) && !name.ends_with(".lock"));
+    all.retain(|name, _| {
+        !name.starts_with("jobs/") && !timed.iter().any(|t| name.ends_with(t)) && !name.ends_with(".lock")
+    });
     all
 }
 

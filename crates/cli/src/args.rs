@@ -89,7 +89,7 @@ Exit code 0: every cell was scored. 1: at least one failed (its row says why). 1
 
 An estimate of any program can be scored: a folder with depth.exr, .npy, .pfm or .png, mesh.ply or .obj, points.ply,
 strands.hair, .data, .ply, .obj or .tfx, orientation.exr, orientation_3d.exr, whichever it has. What is not there counts
-as not answered. units.json beside them says what is not millimetres in the world; `strandbench dataset export` writes a
+as not answered. Of a sequence the folder holds one of these a frame, 000012/ and so on; a frame that it leaves out is the worst answer. units.json beside them says what is not millimetres in the world; `strandbench dataset export` writes a
 README.md with all of it.")]
     Score(ScoreArgs),
     /// The papers' ablations as paired differences with intervals: how much a part of the method buys, and whether the

@@ -86,7 +86,12 @@ fn score_sequence(folder: &Path, args: &ScoreArgs, show: &Show) -> Result<Option
     let rest: Option<[PathBuf; 2]> =
         args.rest.iter().map(|r| r.join("reconstruct")).collect::<Vec<_>>().try_into().ok();
     let out = args.out.clone().unwrap_or_else(|| variant.join("score"));
-    Ok(Some(sequence::score_sequence(&render, &answers, seed, rest.as_ref(), &out, show)?.whole()))
+    // What --estimate names was made elsewhere: frames that it leaves out are absent.
+    let score = match args.estimate {
+        Some(_) => sequence::score_sequence_of_any,
+        None => sequence::score_sequence,
+    };
+    Ok(Some(score(&render, &answers, seed, rest.as_ref(), &out, show)?.whole()))
 }
 
 pub(super) fn score(args: &ScoreArgs, show: &Show, json: bool) -> Result<bool> {

@@ -17,7 +17,12 @@ pub(super) fn text(made: &Dataset, rig: &Rig, source: &Source) -> String {
     } else {
         "One frame.".to_owned()
     };
-    let answer = if source.moves() { ", in a folder a frame (`000012/`)" } else { "" };
+    let answer = if source.moves() {
+        ", in a folder a frame (`000012/`; a frame without one counts as not answered, which is the worst answer)"
+    } else {
+        ""
+    };
+    let scored = if source.moves() { "RENDER" } else { "RENDER/truth" };
     let head = if made.head {
         "| `head.ply`, `scalp.ply` | the bald head and the part of it that hair grows on, mm, world (of a moving scene `head/`, `scalp/`); the built-in methods are not given them |\n"
     } else {
@@ -62,7 +67,7 @@ A folder{answer} with any of these, each for `{reference}` where it is a map:
 | `orientation.exr` (`re`, `im`), `orientation_3d.exr` (`X`, `Y`, `Z`) | line directions in the image (F exp 2iΘ, Θ from +x towards +y) and in the world |
 | `units.json` | only where it is not millimetres in the world: `{{\"mm_per_unit\": 1000, \"frame\": \"reference-camera\", \"depth_png_mm_per_unit\": 0.1, \"point_radius_px\": 1}}`, whichever apply |
 
-`strandbench score --estimate ANSWER --truth RENDER/truth --out SCORE` holds it against the truth.
+`strandbench score --estimate ANSWER --truth {scored} --out SCORE` holds it against the truth.
 ",
         n = made.cameras.len(),
         w = c.width,

@@ -22,7 +22,7 @@ pub use file::{Frames, SEQUENCE_FILE, Sequence, SequenceFile, frame_name};
 pub use reconstruct::{ABSENT, AbsentFile, reconstruct_sequence};
 pub(crate) use render::render_part;
 pub use render::render_sequence;
-pub use score::score_sequence;
+pub use score::{score_sequence, score_sequence_of_any};
 pub use whole::{ALL_FRAMES, FRAME_FIGURES, FrameRow, SequenceFigures};
 
 use crate::stage::{Done, Progress};

@@ -3,6 +3,7 @@
 use super::Stages;
 use super::file::{Sequence, frame_name};
 use super::reconstruct::ABSENT;
+use super::score::Answers;
 use crate::SuiteError;
 use crate::score::{Curve, SCORES, ScoreFile, read_curve, scores_csv, write_curves};
 use crate::stage::{self, Done, Progress, read_json, write_json};
@@ -42,7 +43,7 @@ pub struct FrameRow {
 /// What the figures of the whole sequence are made from.
 pub(super) struct Whole<'a> {
     pub sequence: &'a Sequence,
-    pub reconstruct: &'a Path,
+    pub answers: &'a Answers<'a>,
     pub scored: &'a Stages,
     pub seed: u64,
     pub floor_mm: Option<f64>,
@@ -51,7 +52,7 @@ pub(super) struct Whole<'a> {
 impl Whole<'_> {
     /// Writes the figures of all frames into a folder below `out`.
     pub fn score(&self, out: &Path, progress: &dyn Progress) -> Result<Done, SuiteError> {
-        let Whole { sequence, reconstruct, scored, seed, floor_mm } = *self;
+        let Whole { sequence, answers, scored, seed, floor_mm } = *self;
         let frames = &sequence.file.frames;
         let inputs = BTreeMap::from([
             ("frames".to_owned(), scored.content()),
@@ -64,17 +65,14 @@ impl Whole<'_> {
             progress.begin("motion scored", frames.len() as u64);
             let refused = |index: u32, e: ScoreError| match e {
                 ScoreError::Cancelled(_) => SuiteError::Cancelled,
-                other => SuiteError::Score {
-                    folder: reconstruct.join(frame_name(index)),
-                    problem: other.to_string(),
-                },
+                other => SuiteError::Score { folder: answers.of(index), problem: other.to_string() },
             };
             let mut rows = Vec::new();
             let mut files: Vec<(PathBuf, ScoreFile)> = Vec::new();
             let mut scorer: Option<SequenceScorer> = None;
             for &index in frames {
                 let truth = sequence.truth(index)?;
-                let (estimate, absent) = super::score::read_answer(&reconstruct.join(frame_name(index)))?;
+                let (estimate, absent) = answers.read(index, &truth.rig.cameras[0])?;
                 let scorer = match &mut scorer {
                     Some(scorer) => scorer,
                     none => none.insert(SequenceScorer::new(&truth).map_err(|e| refused(index, e))?),

@@ -79,6 +79,23 @@ fn jobs_by_hand_give_the_report_of_a_run_and_keep_out_of_each_others_way() {
     assert!(changed.contains("write the workflow again"), "{changed}");
 }
 
+#[test]
+fn all_says_which_scenes_it_leaves_out_and_takes_them_with_frames() {
+    let dir = folder("workflow-all");
+    let count = |out: &std::process::Output| -> u64 {
+        let value: serde_json::Value = serde_json::from_slice(&out.stdout).unwrap();
+        value["cells"].as_u64().unwrap()
+    };
+    let write = ["workflow", "write", "--all", "--to", "flow", "--json"];
+    let still = strandbench(&dir, &write);
+    let said = text(&still.stderr);
+    assert!(said.contains("moving-still") && said.contains("--all --frames A..B"), "{said}");
+    let every = strandbench(&dir, &[&write[..], &["--frames", "0..2"]].concat());
+    assert!(!text(&every.stderr).contains("left out"));
+    let moving = strandbench_scenes::moving_catalog().len() as u64;
+    assert!(moving > 0 && count(&every) == count(&still) + moving);
+}
+
 /// Processes of this program that run a job of the plan.
 #[cfg(target_os = "linux")]
 fn workers(plan: &Path, job: &str) -> Vec<u32> {

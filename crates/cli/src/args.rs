@@ -179,7 +179,7 @@ Exit code 0: the gate is open. 1: it is shut.")]
   strandbench history --metric A1.median --metric A1.p90 --scene straight-blonde
   strandbench history --csv > history.csv
 
-Every run adds to history.sqlite in its folder, which any program that knows SQLite can read.")]
+Every run and every ablation adds to history.sqlite in its folder, which any program that knows SQLite can read.")]
     History(HistoryArgs),
     /// The matrix of a run as a Snakemake workflow, for a cluster or many processes: the same report, bit for bit
     #[command(subcommand)]
@@ -507,6 +507,36 @@ mod tests {
     #[test]
     fn the_definition_is_consistent() {
         Args::command().debug_assert();
+    }
+
+    /// The command lines of a page of blocks, each cut at the shell's signs.
+    fn recorded(page: &str) -> Vec<Vec<String>> {
+        let lines = page.lines().filter_map(|l| l.strip_prefix("$ strandbench "));
+        lines
+            .map(|l| {
+                let own = l.split(['|', '>', ';', '&']).next().unwrap_or_default();
+                ["strandbench"].into_iter().chain(own.split_whitespace()).map(str::to_owned).collect()
+            })
+            .collect()
+    }
+
+    #[test]
+    fn every_command_has_a_section_whose_recorded_command_lines_are_still_understood() {
+        let page = include_str!("../../../reports/commands.md");
+        let lines = recorded(page);
+        for line in &lines {
+            Args::try_parse_from(line).unwrap_or_else(|e| panic!("{line:?}: {e}"));
+        }
+        let own = Args::command();
+        let sections: Vec<&str> = page.lines().filter_map(|l| l.strip_prefix("## ")).collect();
+        for command in own.get_subcommands().map(clap::Command::get_name) {
+            assert!(sections.contains(&command), "reports/commands.md has no section {command}");
+            let shown = lines.iter().any(|l| l[1] == command);
+            assert!(shown, "reports/commands.md shows no output of {command}: cargo xtask readme");
+        }
+        for section in sections {
+            assert!(own.find_subcommand(section).is_some(), "there is no command {section}");
+        }
     }
 
     #[test]

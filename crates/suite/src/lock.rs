@@ -128,7 +128,7 @@ mod tests {
         Lock::part(out, "another", Hold::Alone, &Silent).unwrap();
         let waited = std::thread::scope(|scope| {
             let start = std::time::Instant::now();
-            let waits = scope.spawn(|| {
+            let waits = scope.spawn(move || {
                 Lock::part(out, "scene/render", Hold::Shared, &Silent).unwrap();
                 start.elapsed()
             });

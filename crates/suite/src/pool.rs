@@ -98,7 +98,7 @@ impl AccuracyRow<'_> {
 /// If raw errors cannot be read or a file cannot be written.
 pub(crate) fn summarise(rows: Vec<Row>, out: &Path) -> Result<Summary, SuiteError> {
     let pooled = pool(&rows)?;
-    let history_problem = history::append(out, &rows).err().map(|e| e.to_string());
+    let history_problem = history::append(out, "run", &rows).err().map(|e| e.to_string());
     let summary = Summary { rows, pooled, index: out.join("index.html"), history_problem };
     let accuracy =
         Accuracy { rows: summary.rows.iter().map(AccuracyRow::of).collect(), pooled: &summary.pooled };

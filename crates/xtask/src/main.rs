@@ -1,5 +1,7 @@
 //! Project tasks: `cargo xtask test` sets up what the tests need and runs all of them.
 
+mod readme;
+
 use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
@@ -10,6 +12,7 @@ cargo xtask TASK
 
   test      set up the Python environment of the oracles, then: formatting, clippy, licences, docs, every test
   setup     only set up the Python environment
+  readme    run the commands of reports/commands.md with a release build and write what they print beside them
   lint      formatting, clippy, licences and docs
 
 All but formatting is built in the profile `checked`: optimised, with debug assertions and overflow checks.";
@@ -36,6 +39,14 @@ fn task() -> Result<()> {
             test(&root, python.as_deref())
         }
         Some("setup") => setup(&root).map(|_| ()),
+        Some("readme") => {
+            let python = match std::env::var_os("STRANDBENCH_PYTHON") {
+                Some(python) => Some(PathBuf::from(python)),
+                None => setup(&root)?,
+            };
+            cargo(&root, &["build", "--release", "--locked"], None)?;
+            readme::readme(&root, &target(&root)?.join("release"), python.as_deref())
+        }
         Some("lint") => {
             setup(&root)?;
             lint(&root)
@@ -45,6 +56,14 @@ fn task() -> Result<()> {
             Ok(())
         }
         Some(other) => bail!("no task {other}\n\n{HELP}"),
+    }
+}
+
+/// Where cargo builds.
+fn target(root: &Path) -> Result<PathBuf> {
+    match std::env::var_os("CARGO_TARGET_DIR") {
+        Some(dir) => Ok(std::path::absolute(dir)?),
+        None => Ok(root.join("target")),
     }
 }
 

@@ -40,6 +40,11 @@ pub(super) fn run(args: &AblateArgs, show: &Show, json: bool) -> Result<bool> {
     if json {
         print_json(&serde_json::to_value(&done)?)?;
     }
+    for d in &done {
+        if let Some(problem) = &d.history_problem {
+            errln!("strandbench: {} is not in the history: {problem}", d.name);
+        }
+    }
     let mut whole = true;
     for r in done.iter().flat_map(|d| &d.rows) {
         if let Some(trouble) = r.row.outcome.trouble() {

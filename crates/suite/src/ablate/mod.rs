@@ -17,7 +17,7 @@ pub use table::{ABLATIONS, Ablation, Arm};
 use crate::cell::{Outcome, Row};
 use crate::results::to_csv;
 use crate::stage::{Progress, write_json};
-use crate::{Provenance, SuiteError, score_cell};
+use crate::{Provenance, SuiteError, history, score_cell};
 use cells::{Case, cell, lambda};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -77,6 +77,9 @@ pub struct Outcomes {
     pub folder: PathBuf,
     /// Who made it.
     pub provenance: Provenance,
+    /// Why the ablation is not in the history, if it is not; the results stand all the same.
+    #[serde(skip)]
+    pub history_problem: Option<String>,
 }
 
 /// Seconds of a reconstruction with its scores on two processors, roughly.
@@ -149,7 +152,7 @@ fn check(ablation: &Ablation, plan: &Plan) -> Result<(), SuiteError> {
 }
 
 /// Runs an ablation; its page, tables and pictures go to `out/ablate/NAME-SET/`, and every cell where `run` has it, so
-/// that what is finished is not repeated.
+/// that what is finished is not repeated. Its cells are in the history of `out` like a run's, under the ablation's name.
 ///
 /// # Errors
 /// If the work is cancelled, a scene cannot be read or does not move where it must, or the results cannot be written. A
@@ -191,7 +194,7 @@ pub fn ablate(
     let comparisons = judge::compare(ablation, plan.tunes(), &rows)?;
     let sentences = judge::sentences(ablation, &comparisons);
     let folder = out.join("ablate").join(format!("{}-{}", ablation.name, plan.name));
-    let result = Outcomes {
+    let mut result = Outcomes {
         name: ablation.name.to_owned(),
         set: plan.name.clone(),
         source: ablation.source.to_owned(),
@@ -202,6 +205,7 @@ pub fn ablate(
         rows,
         folder: folder.clone(),
         provenance: Provenance::here(),
+        history_problem: None,
     };
     atomic_folder(&folder, |dir| -> Result<(), SuiteError> {
         let pictures = figure::write(plan, ablation, &factors, &result.rows, out, dir)?;
@@ -212,7 +216,17 @@ pub fn ablate(
         std::fs::write(&html, page::page(ablation, &result, &pictures))
             .map_err(|e| SuiteError::file(&html, e))
     })?;
+    let job = format!("ablate {} ({})", ablation.name, plan.name);
+    let appended = history::append(out, &job, once(&result.rows));
+    result.history_problem = appended.err().map(|e| e.to_string());
     Ok(result)
+}
+
+/// Each cell once, though arms share cells: where the best weight is the variant's own, and where an arm is the variant.
+fn once(rows: &[ArmRow]) -> impl Iterator<Item = &Row> {
+    let mut seen = std::collections::BTreeSet::new();
+    let rows = rows.iter().map(|r| &r.row);
+    rows.filter(move |r| seen.insert((r.scene.as_str(), r.variant.as_str(), r.seed)))
 }
 
 /// The factor on the arm's weight that does best on the tuning scenes: least mean of the primary metric, of equal ones

@@ -1,6 +1,6 @@
 //! An append-only index of all runs into an output folder: `OUT/history.sqlite`.
 //!
-//! Table `runs` holds one line a run (time, program, machine), `cells` one a cell (outcome, protocol), `figures` the method's
+//! Table `runs` holds one line a run or ablation (`job`, time, program, machine), `cells` one a cell (outcome, protocol), `figures` the method's
 //! figures, `costs` what each stage cost. Triggers refuse changing or deleting a line. Any program that reads SQLite reads
 //! it: `pandas.read_sql("select * from figures join cells using (run, cell)", sqlite3.connect(path))`.
 
@@ -24,13 +24,15 @@ pub const HISTORY: &str = "history.sqlite";
 /// "strb": marks the file as ours (SQLite's `application_id`).
 const APPLICATION: i32 = 0x7374_7262;
 /// Version of the tables (SQLite's `user_version`).
-const VERSION: i32 = 1;
+const VERSION: i32 = 2;
+/// The version before runs had a `job`; it is brought up to date by the next run.
+const WITHOUT_JOB: i32 = 1;
 /// How long to wait for another process that is writing.
 const PATIENCE: Duration = Duration::from_secs(20);
 
 const TABLES: &str = "
     CREATE TABLE runs (run INTEGER PRIMARY KEY, unix_time_s INTEGER NOT NULL, version TEXT NOT NULL, commit_id TEXT NOT NULL,
-        target TEXT NOT NULL, cpu TEXT NOT NULL, threads INTEGER NOT NULL, os TEXT NOT NULL) STRICT;
+        target TEXT NOT NULL, cpu TEXT NOT NULL, threads INTEGER NOT NULL, os TEXT NOT NULL, job TEXT NOT NULL DEFAULT 'run') STRICT;
     CREATE TABLE cells (run INTEGER NOT NULL REFERENCES runs, cell INTEGER NOT NULL, scene TEXT NOT NULL, variant TEXT NOT NULL,
         seed TEXT NOT NULL, outcome TEXT NOT NULL, trouble TEXT, protocol TEXT NOT NULL, PRIMARY KEY (run, cell)) STRICT;
     CREATE TABLE figures (run INTEGER NOT NULL, cell INTEGER NOT NULL, metric TEXT NOT NULL, unit TEXT NOT NULL, value REAL,
@@ -68,6 +70,8 @@ pub struct Entry {
     pub value: Option<f64>,
     /// Share answered, 0..1.
     pub coverage: f64,
+    /// `run`, or the ablation that the cell belongs to: `ablate NAME (SET)`.
+    pub job: String,
 }
 
 /// Which entries; empty lists ask for all.
@@ -81,21 +85,24 @@ pub struct Query {
     pub variants: Vec<String>,
 }
 
-/// Adds a run. All of it or nothing is in the file, whatever happens meanwhile; several processes may add at once.
+/// Adds a run, or what else `job` names. All of it or nothing is in the file, whatever happens meanwhile; several processes
+/// may add at once.
 ///
 /// # Errors
 /// If the file is not a history, is damaged, of another version, or cannot be written.
-pub fn append(out: &Path, rows: &[Row]) -> Result<(), SuiteError> {
+pub fn append<'a>(out: &Path, job: &str, rows: impl IntoIterator<Item = &'a Row>) -> Result<(), SuiteError> {
     let path = out.join(HISTORY);
     let told = |e: rusqlite::Error| fault(&path, &e);
     let mut connection = Connection::open(&path).map_err(told)?;
     connection.busy_timeout(PATIENCE).map_err(told)?;
     let transaction =
         connection.transaction_with_behavior(rusqlite::TransactionBehavior::Immediate).map_err(told)?;
-    if version(&transaction, &path)? == 0 {
-        create(&transaction).map_err(told)?;
+    match version(&transaction, &path)? {
+        0 => create(&transaction).map_err(told)?,
+        WITHOUT_JOB => add_job(&transaction).map_err(told)?,
+        _ => {}
     }
-    insert(&transaction, rows).map_err(told)?;
+    insert(&transaction, job, rows).map_err(told)?;
     transaction.commit().map_err(told)
 }
 
@@ -115,16 +122,18 @@ pub fn read(out: &Path, query: &Query) -> Result<Vec<Entry>, SuiteError> {
         .or_else(|_| Connection::open_with_flags(&path, OpenFlags::SQLITE_OPEN_READ_ONLY))
         .map_err(told)?;
     connection.busy_timeout(PATIENCE).map_err(told)?;
-    if version(&connection, &path)? == 0 {
-        return Err(SuiteError::file(&path, "holds no run yet"));
-    }
+    let job = match version(&connection, &path)? {
+        0 => return Err(SuiteError::file(&path, "holds no run yet")),
+        WITHOUT_JOB => "'run'",
+        _ => "job",
+    };
     let mut found = Vec::new();
     let mut select = connection
-        .prepare(
+        .prepare(&format!(
             "SELECT run, unix_time_s, commit_id, scene, variant, seed, outcome, protocol, coalesce(metric, ''), \
-             coalesce(unit, ''), value, coalesce(coverage, 0.0) \
-             FROM runs JOIN cells USING (run) LEFT JOIN figures USING (run, cell) ORDER BY run, cell, figures.rowid",
-        )
+             coalesce(unit, ''), value, coalesce(coverage, 0.0), {job} \
+             FROM runs JOIN cells USING (run) LEFT JOIN figures USING (run, cell) ORDER BY run, cell, figures.rowid"
+        ))
         .map_err(told)?;
     let mut rows = select.query([]).map_err(told)?;
     while let Some(row) = rows.next().map_err(told)? {
@@ -143,6 +152,7 @@ pub fn read(out: &Path, query: &Query) -> Result<Vec<Entry>, SuiteError> {
                 unit: row.get(9)?,
                 value: row.get(10)?,
                 coverage: row.get(11)?,
+                job: row.get(12)?,
             })
         };
         let entry = get().map_err(told)?;
@@ -195,7 +205,7 @@ pub fn draw(entries: &[Entry], file: &Path) -> Result<(), SuiteError> {
     Ok(strandbench_io::atomic_write(file, |w| w.write_all(text.as_bytes()))?)
 }
 
-/// 0 for an empty file, 1 for a history as this program writes it.
+/// 0 for an empty file, else the version of a history that this program reads.
 fn version(connection: &Connection, path: &Path) -> Result<i32, SuiteError> {
     let number = |name: &str| connection.pragma_query_value(None, name, |row| row.get::<_, i32>(0));
     let told = |e: rusqlite::Error| fault(path, &e);
@@ -203,7 +213,7 @@ fn version(connection: &Connection, path: &Path) -> Result<i32, SuiteError> {
         connection.query_row("SELECT count(*) FROM sqlite_schema", [], |row| row.get(0)).map_err(told)?;
     match (number("application_id").map_err(told)?, number("user_version").map_err(told)?) {
         (0, 0) if tables == 0 => Ok(0),
-        (APPLICATION, VERSION) => Ok(VERSION),
+        (APPLICATION, known @ (WITHOUT_JOB | VERSION)) => Ok(known),
         (APPLICATION, other) => Err(SuiteError::file(
             path,
             format!(
@@ -228,10 +238,19 @@ fn create(transaction: &Transaction) -> rusqlite::Result<()> {
     transaction.pragma_update(None, "user_version", VERSION)
 }
 
-fn insert(transaction: &Transaction, rows: &[Row]) -> rusqlite::Result<()> {
+fn add_job(transaction: &Transaction) -> rusqlite::Result<()> {
+    transaction.execute_batch("ALTER TABLE runs ADD COLUMN job TEXT NOT NULL DEFAULT 'run'")?;
+    transaction.pragma_update(None, "user_version", VERSION)
+}
+
+fn insert<'a>(
+    transaction: &Transaction,
+    job: &str,
+    rows: impl IntoIterator<Item = &'a Row>,
+) -> rusqlite::Result<()> {
     let here = Provenance::here();
     transaction.execute(
-        "INSERT INTO runs (unix_time_s, version, commit_id, target, cpu, threads, os) VALUES (?, ?, ?, ?, ?, ?, ?)",
+        "INSERT INTO runs (unix_time_s, version, commit_id, target, cpu, threads, os, job) VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
         params![
             here.unix_time_s as i64,
             here.version,
@@ -239,14 +258,15 @@ fn insert(transaction: &Transaction, rows: &[Row]) -> rusqlite::Result<()> {
             here.target,
             here.cpu,
             here.threads as i64,
-            here.os
+            here.os,
+            job
         ],
     )?;
     let run = transaction.last_insert_rowid();
     let mut cell = transaction.prepare("INSERT INTO cells VALUES (?, ?, ?, ?, ?, ?, ?, ?)")?;
     let mut figure = transaction.prepare("INSERT INTO figures VALUES (?, ?, ?, ?, ?, ?, ?)")?;
     let mut cost = transaction.prepare("INSERT INTO costs VALUES (?, ?, ?, ?, ?, ?, ?)")?;
-    for (row, i) in rows.iter().zip(0i64..) {
+    for (row, i) in rows.into_iter().zip(0i64..) {
         // Seeds are unsigned 64-bit numbers, which SQLite's integers are not.
         let (scene, seed) = (without_seed(&row.scene), row.seed.to_string());
         let trouble = row.outcome.trouble();

@@ -32,9 +32,13 @@ fn row(scene: &str, seed: u64, median: Option<f64>) -> Row {
 #[test]
 fn runs_come_back_in_their_order() {
     let dir = tempfile::tempdir().unwrap();
-    append(dir.path(), &[row("a+seed=9", u64::MAX, Some(1.0 / 3.0)), row("b", 1, Some(f64::INFINITY))])
-        .unwrap();
-    append(dir.path(), &[row("b", 1, None)]).unwrap();
+    append(
+        dir.path(),
+        "run",
+        &[row("a+seed=9", u64::MAX, Some(1.0 / 3.0)), row("b", 1, Some(f64::INFINITY))],
+    )
+    .unwrap();
+    append(dir.path(), "run", &[row("b", 1, None)]).unwrap();
     let all = read(dir.path(), &Query::default()).unwrap();
     let brief: Vec<_> =
         all.iter().map(|e| (e.run, e.scene.as_str(), e.seed, e.outcome.as_str(), e.value)).collect();
@@ -45,7 +49,7 @@ fn runs_come_back_in_their_order() {
     let only = Query { scenes: vec!["b".to_owned()], metrics: vec!["A1.p90".to_owned()], ..Query::default() };
     assert_eq!(read(dir.path(), &only).unwrap().len(), 1, "what was not run is the worst of every metric");
     assert!(csv(&all).starts_with(
-        "run,unix_time_s,commit,scene,variant,seed,outcome,protocol,metric,unit,value,coverage\n1,"
+        "run,unix_time_s,commit,scene,variant,seed,outcome,protocol,metric,unit,value,coverage,job\n1,"
     ));
     assert!(table(&all).contains("run 2: b by luo, seed 1: not-run"));
     let page = dir.path().join("history.html");
@@ -54,9 +58,27 @@ fn runs_come_back_in_their_order() {
 }
 
 #[test]
+fn a_history_of_the_version_before_is_read_and_brought_up_to_date() {
+    let dir = tempfile::tempdir().unwrap();
+    append(dir.path(), "run", &[row("a", 1, Some(1.0))]).unwrap();
+    let connection = Connection::open(dir.path().join(HISTORY)).unwrap();
+    connection.execute_batch("ALTER TABLE runs DROP COLUMN job; PRAGMA user_version = 1").unwrap();
+    let jobs = || -> Vec<(i64, String)> {
+        let all = read(dir.path(), &Query::default()).unwrap();
+        all.into_iter().map(|e| (e.run, e.job)).collect()
+    };
+    assert_eq!(jobs(), [(1, "run".to_owned())]);
+    append(dir.path(), "ablate gamma (small)", &[row("a", 1, Some(2.0))]).unwrap();
+    append(dir.path(), "run", &[row("a", 1, Some(2.0))]).unwrap();
+    let found = jobs();
+    let wanted = [(1, "run"), (2, "ablate gamma (small)"), (3, "run")];
+    assert_eq!(found, wanted.map(|(run, job)| (run, job.to_owned())));
+}
+
+#[test]
 fn lines_cannot_be_changed_or_deleted() {
     let dir = tempfile::tempdir().unwrap();
-    append(dir.path(), &[row("a", 1, Some(1.0))]).unwrap();
+    append(dir.path(), "run", &[row("a", 1, Some(1.0))]).unwrap();
     let connection = Connection::open(dir.path().join(HISTORY)).unwrap();
     for change in [
         "UPDATE figures SET value = 0",
@@ -75,8 +97,9 @@ fn many_writers_at_once_lose_nothing() {
     std::thread::scope(|scope| {
         for t in 0..8 {
             let path = dir.path();
-            scope
-                .spawn(move || (0..5).for_each(|i| append(path, &[row("a", t * 5 + i, Some(1.0))]).unwrap()));
+            scope.spawn(move || {
+                (0..5).for_each(|i| append(path, "run", &[row("a", t * 5 + i, Some(1.0))]).unwrap())
+            });
         }
     });
     let all = read(dir.path(), &Query::default()).unwrap();
@@ -87,10 +110,10 @@ fn many_writers_at_once_lose_nothing() {
 #[test]
 fn a_writer_that_breaks_off_leaves_no_part_of_a_run() {
     let dir = tempfile::tempdir().unwrap();
-    append(dir.path(), &[row("a", 1, Some(1.0))]).unwrap();
+    append(dir.path(), "run", &[row("a", 1, Some(1.0))]).unwrap();
     let twice = row("b", 1, Some(2.0));
     let doubled = Row { scores: [twice.scores.clone(), twice.scores.clone()].concat(), ..twice };
-    assert!(append(dir.path(), &[row("a", 1, Some(3.0)), doubled]).is_err(), "the same figure twice");
+    assert!(append(dir.path(), "run", &[row("a", 1, Some(3.0)), doubled]).is_err(), "the same figure twice");
     let all = read(dir.path(), &Query::default()).unwrap();
     assert_eq!(all.len(), 1, "{all:?}");
 }
@@ -101,7 +124,7 @@ fn damaged_and_foreign_files_are_refused() {
     let file = dir.path().join(HISTORY);
     let refused = |want: &str| {
         for error in [
-            append(dir.path(), &[row("a", 1, Some(1.0))]).unwrap_err(),
+            append(dir.path(), "run", &[row("a", 1, Some(1.0))]).unwrap_err(),
             read(dir.path(), &Query::default()).unwrap_err(),
         ] {
             let text = error.to_string();
@@ -119,12 +142,12 @@ fn damaged_and_foreign_files_are_refused() {
     Connection::open(&file).unwrap().execute_batch("CREATE TABLE t (x)").unwrap();
     refused("another program");
     std::fs::remove_file(&file).unwrap();
-    append(dir.path(), &[row("a", 1, Some(1.0))]).unwrap();
-    Connection::open(&file).unwrap().pragma_update(None, "user_version", 2).unwrap();
-    refused("version 2");
+    append(dir.path(), "run", &[row("a", 1, Some(1.0))]).unwrap();
+    Connection::open(&file).unwrap().pragma_update(None, "user_version", 3).unwrap();
+    refused("version 3");
     std::fs::remove_file(&file).unwrap();
     for i in 0..300 {
-        append(dir.path(), &[row("a", i, Some(1.0))]).unwrap();
+        append(dir.path(), "run", &[row("a", i, Some(1.0))]).unwrap();
     }
     let bytes = std::fs::read(&file).unwrap();
     std::fs::write(&file, &bytes[..bytes.len() / 2 + 100]).unwrap();

@@ -16,7 +16,7 @@ pub enum WorkflowCommand {
 
 README.md in the folder says how to start it here or on a cluster. Stop or kill it as you like and start it again: what is
 finished is not repeated. Its results.json, results.csv and index.html are those of `strandbench run`, bit for bit.")]
-    Write(WriteArgs),
+    Write(Box<WriteArgs>),
     /// Job: render a scene, or a part of a moving one
     Render(RenderJobArgs),
     /// Job: reconstruct, score and report a cell. A cell that fails is a row of the report, not a failed job

@@ -53,9 +53,9 @@ pub(super) fn variants(list: &ListArgs, config: &Config, json: bool) -> Result<b
             for v in VARIANTS {
                 outln!("{:<22} {}", v.name, v.asks);
             }
-            println!("\nbaselines:");
+            outln!("\nbaselines:");
             for b in BASELINES {
-                println!("{:<22} {}", b.name, b.asks);
+                outln!("{:<22} {}", b.name, b.asks);
             }
             for m in &config.methods {
                 outln!("{:<22} {} (a program of its own)", m.name, m.asks);
@@ -68,9 +68,9 @@ pub(super) fn variants(list: &ListArgs, config: &Config, json: bool) -> Result<b
                     if json {
                         return print_json(&serde_json::to_value(b)?);
                     }
-                    println!("{}: {}", b.name, b.asks);
+                    outln!("{}: {}", b.name, b.asks);
                     for (key, value) in b.entries() {
-                        println!("  {key} = {value}");
+                        outln!("  {key} = {value}");
                     }
                     return Ok(true);
                 }

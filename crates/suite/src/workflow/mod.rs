@@ -197,6 +197,7 @@ fn render_key(cell: &Cell) -> Result<String, SuiteError> {
 fn cell_key(cell: &Cell, render: &str) -> String {
     let mut inputs = match &cell.method.solver {
         Solver::Variant(variant) => flat("recon", variant),
+        Solver::Baseline(baseline) => flat("baseline", baseline),
         // A program that cannot be had is the cell's failure, to be told when its turn comes.
         Solver::Outside(outside) => outside
             .inputs()
@@ -207,6 +208,7 @@ fn cell_key(cell: &Cell, render: &str) -> String {
     inputs.insert("time limit".to_owned(), format!("{:?}", cell.time_limit_s));
     for (stage, code) in [
         ("reconstruct", env!("STRANDBENCH_CODE_RECONSTRUCT")),
+        ("baseline", env!("STRANDBENCH_CODE_BASELINE")),
         ("outside", env!("STRANDBENCH_CODE_OUTSIDE")),
         ("score", env!("STRANDBENCH_CODE_SCORE")),
         ("report", env!("STRANDBENCH_CODE_REPORT")),

@@ -11,11 +11,13 @@ mod capture;
 mod catalog;
 mod environment;
 mod error;
+pub mod face;
 mod groom;
 mod head;
 mod motion;
 mod scene;
 mod spec;
+mod subdivision;
 
 pub use build::build;
 pub use capture::rotation;

@@ -5,7 +5,7 @@ use strandbench_rng::Rng;
 
 /// Smoothstep of degree 5 on 0..1: its second derivative vanishes at both ends.
 #[inline]
-fn quintic(t: f32) -> f32 {
+pub(crate) fn quintic(t: f32) -> f32 {
     t * t * t * (t * (t * 6.0 - 15.0) + 10.0)
 }
 

@@ -1,7 +1,7 @@
 //! The embedded head: decoding, and one step of Catmull-Clark subdivision.
 
+use crate::subdivision::{Refinement, triangles};
 use glam::Vec3;
-use std::collections::HashMap;
 
 /// Made by `assets/derive_head.py` from the MakeHuman base mesh (CC0).
 static HEAD_BIN: &[u8] = include_bytes!("../../assets/head.bin");
@@ -14,9 +14,6 @@ pub(crate) struct QuadMesh {
     pub ear: Vec<f32>,
     pub quads: Vec<[u32; 4]>,
 }
-
-/// Two vertices, the lower first.
-type Edge = (u32, u32);
 
 struct Reader<'a> {
     bytes: &'a [u8],
@@ -78,84 +75,15 @@ fn compact(points: &[Vec3], ear: &[f32], quads: &[[u32; 4]]) -> QuadMesh {
 }
 
 impl QuadMesh {
-    /// One step of Catmull and Clark 1978; borders follow the cubic spline rule.
+    /// One step of Catmull and Clark.
     pub fn subdivided(&self) -> QuadMesh {
-        let nv = self.vertices.len();
-        let face_point = |q: &[u32; 4]| q.iter().map(|&i| self.vertices[i as usize]).sum::<Vec3>() * 0.25;
-        let face_ear = |q: &[u32; 4]| q.iter().map(|&i| self.ear[i as usize]).sum::<f32>() * 0.25;
-        // Edges in order of first appearance, with the one or two faces they belong to.
-        let mut edge_of: HashMap<Edge, usize> = HashMap::new();
-        let mut edges: Vec<(Edge, [Option<usize>; 2])> = Vec::new();
-        let mut face_edges: Vec<[usize; 4]> = Vec::with_capacity(self.quads.len());
-        for (f, q) in self.quads.iter().enumerate() {
-            face_edges.push(std::array::from_fn(|k| {
-                let (a, b) = (q[k], q[(k + 1) % 4]);
-                let key = (a.min(b), a.max(b));
-                let e = *edge_of.entry(key).or_insert_with(|| {
-                    edges.push((key, [None, None]));
-                    edges.len() - 1
-                });
-                let slot = &mut edges[e].1;
-                slot[usize::from(slot[0].is_some())] = Some(f);
-                e
-            }));
-        }
-        let mut sums = vec![(Vec3::ZERO, Vec3::ZERO, 0.0f32); nv];
-        let mut border = vec![(Vec3::ZERO, 0u32); nv];
-        for q in &self.quads {
-            let f = face_point(q);
-            for &i in q {
-                sums[i as usize].0 += f;
-                sums[i as usize].2 += 1.0;
-            }
-        }
-        for ((a, b), faces) in &edges {
-            let mid = (self.vertices[*a as usize] + self.vertices[*b as usize]) * 0.5;
-            for &i in [a, b] {
-                sums[i as usize].1 += mid;
-                if faces[1].is_none() {
-                    border[i as usize].0 += mid;
-                    border[i as usize].1 += 1;
-                }
-            }
-        }
-        let mut out = QuadMesh { vertices: Vec::new(), ear: self.ear.clone(), quads: Vec::new() };
-        for i in 0..nv {
-            let p = self.vertices[i];
-            out.vertices.push(if border[i].1 == 2 {
-                p * 0.5 + border[i].0 * 0.25
-            } else if border[i].1 > 0 {
-                p
-            } else {
-                let (faces, mids, n) = sums[i];
-                (faces / n + mids * (2.0 / n) + p * (n - 3.0)) / n
-            });
-        }
-        for ((a, b), faces) in &edges {
-            let ends = self.vertices[*a as usize] + self.vertices[*b as usize];
-            out.vertices.push(match faces {
-                [Some(f), Some(g)] => {
-                    (ends + face_point(&self.quads[*f]) + face_point(&self.quads[*g])) * 0.25
-                }
-                _ => ends * 0.5,
-            });
-            out.ear.push((self.ear[*a as usize] + self.ear[*b as usize]) * 0.5);
-        }
-        let (e0, f0) = (nv as u32, (nv + edges.len()) as u32);
-        for (f, q) in self.quads.iter().enumerate() {
-            out.vertices.push(face_point(q));
-            out.ear.push(face_ear(q));
-            let e = face_edges[f].map(|e| e0 + e as u32);
-            for k in 0..4 {
-                out.quads.push([q[k], e[k], f0 + f as u32, e[(k + 3) % 4]]);
-            }
-        }
-        out
+        let step = Refinement::new(&self.quads, self.vertices.len());
+        QuadMesh { vertices: step.smooth(&self.vertices), ear: step.linear(&self.ear), quads: step.quads }
     }
 
     /// Each quad as two triangles.
     pub fn triangles(&self) -> Vec<[u32; 3]> {
-        self.quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect()
+        triangles(&self.quads)
     }
 }
 

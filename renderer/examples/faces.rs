@@ -36,8 +36,8 @@ fn light(centre_mm: Vec3, radiance: f32) -> AreaLight {
 
 fn scene(model: &FaceModel, face: &PosedFace, from: DVec3) -> Scene {
     let surface = |parts: &[Part], albedo_rgb| Surface { mesh: model.part_mesh(&face.vertices, parts), albedo_rgb };
-    let middle = DVec3::new(0.0, -50.0, 30.0);
-    let camera = Camera::look_at("c", SIZE_PX, 1150.0, middle + from * 1100.0, middle, DVec3::NEG_Y);
+    let middle = DVec3::new(0.0, -35.0, 30.0);
+    let camera = Camera::look_at("c", SIZE_PX, 980.0, middle + from * 1100.0, middle, DVec3::NEG_Y);
     let rig = Rig { cameras: vec![camera], near_mm: 700.0, far_mm: 1500.0, frame_rate_hz: 25.0, exposure_s: 1e-3 };
     Scene {
         name: "face".into(),

@@ -1,5 +1,5 @@
 //! Solvers that know no hair: labelling on a pixel grid with a weighted quadratic smoothness term, sparse
-//! Cholesky factorisation, and embedded deformation ([`deform`]).
+//! Cholesky factorisation, embedded deformation ([`deform`]), and linear models of shapes ([`Pca`]).
 //!
 //! | function | what it is | lower bound |
 //! |---|---|---|
@@ -11,7 +11,7 @@
 //! | [`icm`] | coordinate descent | no |
 //! | [`winner_take_all`] | the cheapest label of every pixel by itself | of the data term |
 //!
-//! All of them give the same bits for the same problem whatever the number of threads.
+//! All in the table give the same bits for the same problem whatever the number of threads.
 
 mod coarse;
 pub mod deform;
@@ -20,6 +20,7 @@ mod layout;
 mod maxflow;
 mod message;
 mod moves;
+mod pca;
 mod problem;
 mod pyramid;
 mod simple;
@@ -30,6 +31,7 @@ pub use coarse::{CoarseToFineOptions, coarse_to_fine};
 pub use exact::{MAX_EXACT_EDGES, exact};
 pub use maxflow::MaxFlow;
 pub use moves::{MoveOptions, alpha_beta_swap, alpha_expansion};
+pub use pca::{Pca, PcaError};
 pub use problem::{GridProblem, MAX_MAGNITUDE, Solution, SolveError};
 pub use simple::{icm, winner_take_all};
 pub use sparse::{Cholesky, SparseError};

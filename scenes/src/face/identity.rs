@@ -17,6 +17,9 @@ const LIMIT: f32 = 0.5;
 /// Between the two halves of a face: a third of what differs between faces.
 const ASYMMETRY: f32 = 0.35;
 
+/// Of shapes of the whole head: some twenty of them add up.
+const HEAD: f32 = 0.4;
+
 /// One person's neutral face.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Identity {
@@ -73,8 +76,12 @@ impl Identity {
         }
         for (k, axis) in (0..).zip(&model.asset.axes) {
             let mut rng = Rng::keyed(&[DETAIL, spec.identity, k]);
-            let spread = if axis.name.starts_with("asym") { ASYMMETRY * SPREAD } else { SPREAD };
-            let w = spec.variety * (standard_normal(&mut rng) * spread).clamp(-LIMIT, LIMIT);
+            let part = match axis.name.split('-').next() {
+                Some("asym") => ASYMMETRY,
+                Some("head" | "forehead" | "neck") => HEAD,
+                _ => 1.0,
+            };
+            let w = spec.variety * part * (standard_normal(&mut rng) * SPREAD).clamp(-LIMIT, LIMIT);
             match axis.low {
                 _ if w > 0.0 => add(axis.high, w),
                 Some(low) => add(low, -w),

@@ -10,6 +10,7 @@
 mod asset;
 mod error;
 mod follicle;
+mod ict;
 mod identity;
 mod model;
 mod performance;
@@ -21,6 +22,7 @@ mod tests;
 pub use asset::Part;
 pub use error::FaceError;
 pub use follicle::{Follicle, FollicleFrame};
+pub use ict::IctFace;
 pub use identity::Identity;
 pub use model::FaceModel;
 pub use performance::{Act, FRAME_RATE_HZ, Performance};

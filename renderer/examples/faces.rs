@@ -35,10 +35,12 @@ fn light(centre_mm: Vec3, radiance: f32) -> AreaLight {
 }
 
 fn scene(model: &FaceModel, face: &PosedFace, from: DVec3) -> Scene {
-    let surface = |parts: &[Part], albedo_rgb| Surface { mesh: model.part_mesh(&face.vertices, parts), albedo_rgb };
+    let surface =
+        |parts: &[Part], albedo_rgb| Surface { mesh: model.part_mesh(&face.vertices, parts), albedo_rgb };
     let middle = DVec3::new(0.0, -35.0, 30.0);
     let camera = Camera::look_at("c", SIZE_PX, 980.0, middle + from * 1100.0, middle, DVec3::NEG_Y);
-    let rig = Rig { cameras: vec![camera], near_mm: 700.0, far_mm: 1500.0, frame_rate_hz: 25.0, exposure_s: 1e-3 };
+    let rig =
+        Rig { cameras: vec![camera], near_mm: 700.0, far_mm: 1500.0, frame_rate_hz: 25.0, exposure_s: 1e-3 };
     Scene {
         name: "face".into(),
         strands: StrandSet::new(),
@@ -120,11 +122,13 @@ fn run() -> Result<(), String> {
         eprintln!("pose {k}: {:.1} ms", clock.elapsed().as_secs_f64() * 1e3);
         let scene = scene(model, &face, from);
         let prepared = RenderScene::new(&scene).map_err(|e| e.to_string())?;
-        let settings = Settings { samples_per_pixel: 16, max_samples_per_pixel: 16, depth: 3, ..Settings::default() };
+        let settings =
+            Settings { samples_per_pixel: 16, max_samples_per_pixel: 16, depth: 3, ..Settings::default() };
         let view = prepared.render(0, &settings, 1, &Silent).map_err(|e| e.to_string())?;
         let (w, _) = view.radiance_rgb.size();
         for (i, c) in view.radiance_rgb.data.iter().enumerate() {
-            let (x, y) = ((i % w) as u32 + (k % columns) * SIZE_PX.0, (i / w) as u32 + (k / columns) * SIZE_PX.1);
+            let (x, y) =
+                ((i % w) as u32 + (k % columns) * SIZE_PX.0, (i / w) as u32 + (k / columns) * SIZE_PX.1);
             sheet.put_pixel(x, y, image::Rgb(c.map(|v| srgb(v / scene.sensor.full_scale_radiance))));
         }
     }

@@ -19,7 +19,10 @@ pub(crate) struct Refinement {
 }
 
 /// What can be averaged.
-pub(crate) trait Value: Copy + Default + Add<Output = Self> + Mul<f32, Output = Self> + Div<f32, Output = Self> {}
+pub(crate) trait Value:
+    Copy + Default + Add<Output = Self> + Mul<f32, Output = Self> + Div<f32, Output = Self>
+{
+}
 
 impl<T> Value for T where T: Copy + Default + Add<Output = T> + Mul<f32, Output = T> + Div<f32, Output = T> {}
 

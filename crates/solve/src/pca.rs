@@ -177,7 +177,9 @@ mod tests {
             }
         }
         let total: f64 = (all.iter())
-            .map(|s| s.iter().zip(&model.mean).map(|(p, m)| (*p - *m).as_dvec3().length_squared()).sum::<f64>())
+            .map(|s| {
+                s.iter().zip(&model.mean).map(|(p, m)| (*p - *m).as_dvec3().length_squared()).sum::<f64>()
+            })
             .sum();
         let sum: f64 = model.variances.iter().sum();
         assert!((sum / (total / 8.0) - 1.0).abs() < 1e-6, "{sum} for {}", total / 8.0);

@@ -115,11 +115,8 @@ impl Performance {
             }
         }
         both(&mut set, "eyeBlink", self.blinks(t));
-        out.turn = turn(
-            9.0 * self.sway(t, 21, 0.8),
-            6.0 * self.sway(t, 22, 0.7),
-            4.0 * self.sway(t, 23, 0.9),
-        );
+        out.turn =
+            turn(9.0 * self.sway(t, 21, 0.8), 6.0 * self.sway(t, 22, 0.7), 4.0 * self.sway(t, 23, 0.9));
         out.shift_mm = DVec3::new(0.0, 0.0, 3.0 * self.sway(t, 24, 1.0));
         out
     }

@@ -65,7 +65,11 @@ impl FaceModel {
         let mut control = identity.control.clone();
         let exactly = |key, value: usize, wanted: usize| {
             let (value, wanted) = (value as f64, wanted as f64);
-            if value == wanted { Ok(()) } else { Err(FaceError::Value { key, value, low: wanted, high: wanted }) }
+            if value == wanted {
+                Ok(())
+            } else {
+                Err(FaceError::Value { key, value, low: wanted, high: wanted })
+            }
         };
         exactly("control vertices", control.len(), self.control_count())?;
         exactly("weights", pose.weights.len(), self.expressions().count())?;

@@ -282,8 +282,9 @@ fn performances_are_smooth_begin_neutral_and_move() {
 
 #[test]
 fn no_frame_turns_skin_inside_out() {
-    // Lids, lips and nostrils roll by more than a right angle: not more than this share of the skin's triangles may.
-    const SHARE: f64 = 0.005;
+    // Margins of lids and lips roll by more than a right angle when they close; their triangles are many but small. At
+    // most this share of the area of the outer skin may: one blink of the source turns 0.026 % over.
+    const SHARE: f64 = 0.001;
     let m = model();
     for (act, seed) in ACTS[1..].iter().flat_map(|&a| [(a, 1), (a, 2)]) {
         let p = Performance { act, seed };
@@ -301,12 +302,13 @@ fn no_frame_turns_skin_inside_out() {
         };
         let rest = normals(&face(0.0));
         let seen = outer(m.uvs(), m.uv_triangles());
-        let count = seen.iter().filter(|o| **o).count();
+        let area = |of: &mut dyn Iterator<Item = &Vec3>| of.map(|n| f64::from(n.length())).sum::<f64>();
+        let all = area(&mut rest.iter().zip(&seen).filter(|(_, o)| **o).map(|(n, _)| n));
         let mut worst = 0.0f64;
         for k in (0..p.frames()).step_by(6) {
             let now = normals(&face(f64::from(k) / FRAME_RATE_HZ));
             let turned = rest.iter().zip(&now).zip(&seen).filter(|((a, b), o)| **o && a.dot(**b) < 0.0);
-            worst = worst.max(turned.count() as f64 / count as f64);
+            worst = worst.max(area(&mut turned.map(|((a, _), _)| a)) / all);
         }
         println!("{act:?} {seed}: at most {:.3} % turned over", 100.0 * worst);
         assert!(worst <= SHARE, "{act:?}: {worst}");

@@ -1,7 +1,7 @@
 //! Linear models of shapes that share their vertices: mean, orthonormal modes, variances.
 
 use faer::{Mat, Side};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 /// Why there is no model.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -89,24 +89,25 @@ impl Pca {
         if n < 2 {
             return Err(PcaError::Few(n));
         }
-        let mean: Vec<Vec3> = (0..vertices)
-            .map(|v| (kept.iter().map(|s| s[v].as_dvec3()).sum::<glam::DVec3>() / n as f64).as_vec3())
-            .collect();
-        let centred: Vec<Vec<Vec3>> =
-            kept.iter().map(|s| s.iter().zip(&mean).map(|(p, m)| *p - *m).collect()).collect();
+        let mean: Vec<DVec3> =
+            (0..vertices).map(|v| kept.iter().map(|s| s[v].as_dvec3()).sum::<DVec3>() / n as f64).collect();
+        let centred: Vec<Vec<DVec3>> =
+            kept.iter().map(|s| s.iter().zip(&mean).map(|(p, m)| p.as_dvec3() - *m).collect()).collect();
         let gram = Mat::from_fn(n, n, |i, j| {
             let (i, j) = (i.min(j), i.max(j));
-            dot(&centred[i], &centred[j]) / (n - 1) as f64
+            let products = centred[i].iter().zip(&centred[j]).map(|(a, b)| a.dot(*b));
+            products.sum::<f64>() / (n - 1) as f64
         });
         let eigen = gram.self_adjoint_eigen(Side::Lower).map_err(|_| PcaError::Diverged(n))?;
         let (values, vectors) = (eigen.S().column_vector(), eigen.U());
         let largest = values[n - 1].max(0.0);
+        // n shapes about their mean span n - 1 directions: the smallest value is rounding.
         let (mut modes, mut variances) = (Vec::new(), Vec::new());
-        for k in (0..n).rev().filter(|&k| values[k] > largest * RANK * RANK && values[k] > 0.0) {
-            let mut mode = vec![glam::DVec3::ZERO; vertices];
+        for k in (1..n).rev().filter(|&k| values[k] > largest * RANK * RANK && values[k] > 0.0) {
+            let mut mode = vec![DVec3::ZERO; vertices];
             for (i, shape) in centred.iter().enumerate() {
                 let w = vectors[(i, k)];
-                mode.iter_mut().zip(shape).for_each(|(m, p)| *m += p.as_dvec3() * w);
+                mode.iter_mut().zip(shape).for_each(|(m, p)| *m += *p * w);
             }
             // Against rounding of weak modes: the part along the stronger ones is taken away, then the length.
             for done in &modes {
@@ -118,7 +119,7 @@ impl Pca {
             modes.push(mode.iter().map(|m| (*m / length).as_vec3()).collect());
             variances.push(values[k]);
         }
-        Ok(Pca { mean, modes, variances })
+        Ok(Pca { mean: mean.iter().map(|m| m.as_vec3()).collect(), modes, variances })
     }
 
     /// Coordinates of a shape along the modes, mm.
@@ -133,7 +134,7 @@ impl Pca {
 
     /// The shape of these coordinates; modes beyond them are left out.
     pub fn reconstruct(&self, coordinates: &[f64]) -> Vec<Vec3> {
-        let mut out: Vec<glam::DVec3> = self.mean.iter().map(|m| m.as_dvec3()).collect();
+        let mut out: Vec<DVec3> = self.mean.iter().map(|m| m.as_dvec3()).collect();
         for (c, mode) in coordinates.iter().zip(&self.modes) {
             out.iter_mut().zip(mode).for_each(|(p, m)| *p += m.as_dvec3() * *c);
         }

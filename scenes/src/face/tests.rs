@@ -35,7 +35,9 @@ fn the_face_has_the_size_of_a_face_and_the_promised_resolution() {
     assert!(face >= 20_000, "{face} vertices over the face");
     let skin = m.part_mesh(&mean, &[Part::Skin]);
     let (low, high) = skin.bounds().unwrap();
-    assert!((150.0..230.0).contains(&high.z.max(-low.z)) || high.z > 80.0, "{low} {high}");
+    assert!((110.0..150.0).contains(&high.z) && (90.0..140.0).contains(&high.y), "{low} {high}");
+    let cranium = mean.iter().filter(|p| p.y > 6.0 && p.z < 5.0).fold(0.0f32, |m, p| m.max(p.x));
+    assert!((75.0..78.0).contains(&cranium), "half of 155 mm, less what subdivision rounds off: {cranium}");
     for (name, path) in m.lash_lines() {
         assert!(path.len() > 8, "{name}");
         for w in path.windows(2) {

@@ -1,6 +1,6 @@
 //! `ablate`: arms on the same renders, weights tuned apart, differences that follow from the cells, clear refusals.
 
-use crate::support::{TINY, fails, folder, json, strandbench};
+use crate::support::{TINY, fails, folder, json, ok, strandbench};
 use serde_json::Value;
 
 fn number(v: &Value) -> f64 {
@@ -50,7 +50,11 @@ fn an_ablation_pairs_its_arms_and_tunes_on_other_scenes() {
         let want = [1, 2].map(|s| median("gamma 0.5", tuned, s) - median("gamma 1", tuned, s));
         let mean = number(&c["difference"]["mean"]);
         assert!((mean - (want[0] + want[1]) / 2.0).abs() < 1e-12, "{mean} of {want:?}");
-        assert_eq!((&c["primary"], number(&c["difference"]["scenes"])), (&Value::Bool(tuned), 1.0));
+        // Seeds of the only scene are what counts.
+        assert_eq!(
+            (&c["primary"], &c["of_seeds"], number(&c["difference"]["scenes"])),
+            (&Value::Bool(tuned), &Value::Bool(true), 2.0)
+        );
     }
 
     let folder = dir.join("out/ablate/gamma-own");
@@ -62,6 +66,10 @@ fn an_ablation_pairs_its_arms_and_tunes_on_other_scenes() {
     let page = std::fs::read_to_string(folder.join("ablation.html")).unwrap();
     let sentence = done["sentences"][0].as_str().unwrap();
     assert!(page.contains(sentence.split(" (").next().unwrap()), "{sentence}");
+
+    let history = ok(&dir, &["history", "--results", "out", "--csv"]);
+    let mut told = history.lines().filter(|l| l.contains("ablate gamma (own)") && l.contains("A1.median"));
+    assert!(told.next().is_some_and(|l| l.contains("luo")), "{history}");
 
     let second = json(&dir, &args);
     assert_eq!(second[0]["comparisons"], done["comparisons"]);

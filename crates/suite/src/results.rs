@@ -75,7 +75,7 @@ pub struct Line {
     pub coverage: f64,
     /// Protocol version and content hash.
     pub protocol: String,
-    /// What became of a cell that was not scored, which then is one line without a metric; as [`ResultLine`] has it.
+    /// What became of a cell that was not scored, which then is one line without a metric; as `ResultLine` has it.
     #[serde(default, skip_serializing)]
     pub trouble: String,
 }

@@ -1,6 +1,6 @@
 //! A run's cells as jobs of a workflow engine, for where one machine does not suffice.
 //!
-//! [`plan`] names every render and every cell of a matrix by a hash of what its result depends on; [`write`] makes a
+//! [`plan`] names every render and every cell of a matrix by a hash of what its result depends on; [`write()`] makes a
 //! Snakemake workflow of it. Its jobs are calls of [`render_job`] and [`cell_job`], each of which does what [`crate::run_all`]
 //! does for that cell, in the same folders, and leaves a note when it is done. [`merge`] reads the notes and the cells'
 //! folders and writes what `run_all` would have written: it works nothing out anew.
@@ -150,7 +150,7 @@ pub fn plan(cells: &[Cell], around: Around) -> Result<Plan, SuiteError> {
 }
 
 impl Plan {
-    /// Reads a plan that [`write`] wrote.
+    /// Reads a plan that [`write()`] wrote.
     ///
     /// # Errors
     /// If it cannot be read or is not one.

@@ -77,6 +77,19 @@ pub fn rotation(v: DVec3) -> DMat3 {
     DMat3::IDENTITY + cross * libm::sin(angle) + cross * cross * (1.0 - libm::cos(angle))
 }
 
+/// A rectangle at `centre` that faces `target`: centre and half edges, the first at right angles to `up`, or along `right`
+/// where the rectangle faces along `up`.
+pub(crate) fn rectangle(
+    centre: DVec3,
+    target: DVec3,
+    (up, right): (DVec3, DVec3),
+    half: [f64; 2],
+) -> (DVec3, DVec3, DVec3) {
+    let towards = (target - centre).normalize();
+    let u = up.cross(towards).normalize_or(right);
+    (centre, u * half[0], towards.cross(u) * half[1])
+}
+
 /// The lights, all of one radiance, such that a white diffuse card at the target that faces the reference
 /// reflects the radiance asked for.
 pub(crate) fn lights(spec: &LightSpec, rig: &RigSpec) -> Vec<AreaLight> {
@@ -89,33 +102,43 @@ pub(crate) fn lights(spec: &LightSpec, rig: &RigSpec) -> Vec<AreaLight> {
                 spec.first_deg.to_radians() + std::f64::consts::TAU * f64::from(i) / f64::from(spec.count);
             let offset = right * libm::cos(a) + up * libm::sin(a);
             let centre = target + back * spec.distance_mm + offset * spec.circle_mm;
-            let towards = (target - centre).normalize();
-            let u = up.cross(towards).normalize_or(right);
-            (centre, u * half, towards.cross(u) * half)
+            rectangle(centre, target, (up, right), [half; 2])
         })
         .collect();
+    card_radiance(&placed, target, back, spec.white_card_radiance, spec.colour_rgb)
+}
+
+/// Rectangles (centre and half edges) as lights of one radiance, such that a white diffuse card at `target` that faces
+/// `facing` reflects `white_card_radiance`.
+pub(crate) fn card_radiance(
+    placed: &[(DVec3, DVec3, DVec3)],
+    target: DVec3,
+    facing: DVec3,
+    white_card_radiance: f64,
+    colour_rgb: [f64; 3],
+) -> Vec<AreaLight> {
     // E = Σ L ∫ cos cos / r² dA by midpoints; a white card reflects E / π.
     const GRID: u32 = 8;
     let mut irradiance = 0.0;
-    for (centre, u, v) in &placed {
+    for (centre, u, v) in placed {
         let normal = u.cross(*v).normalize();
         let cell = 4.0 * u.cross(*v).length() / f64::from(GRID * GRID);
         for k in 0..GRID * GRID {
             let at = |n: u32| (f64::from(n) + 0.5) / f64::from(GRID) * 2.0 - 1.0;
             let ray = *centre + *u * at(k % GRID) + *v * at(k / GRID) - target;
-            let cosines = (back.dot(ray)).max(0.0) * (-normal.dot(ray)).max(0.0) / ray.length_squared();
+            let cosines = (facing.dot(ray)).max(0.0) * (-normal.dot(ray)).max(0.0) / ray.length_squared();
             irradiance += cosines * cell / ray.length_squared();
         }
     }
-    let mean = spec.colour_rgb.iter().sum::<f64>() / 3.0;
-    let radiance = spec.white_card_radiance * std::f64::consts::PI / irradiance.max(1e-12);
+    let mean = colour_rgb.iter().sum::<f64>() / 3.0;
+    let radiance = white_card_radiance * std::f64::consts::PI / irradiance.max(1e-12);
     placed
         .iter()
         .map(|(centre, u, v)| AreaLight {
             centre_mm: single(*centre),
             half_u_mm: single(*u),
             half_v_mm: single(*v),
-            radiance_rgb: spec.colour_rgb.map(|c| (radiance * c / mean) as f32),
+            radiance_rgb: colour_rgb.map(|c| (radiance * c / mean) as f32),
         })
         .collect()
 }

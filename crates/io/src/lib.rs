@@ -6,6 +6,7 @@
 
 mod atomic;
 mod bytes;
+mod colour;
 mod error;
 mod estimate;
 mod exr;
@@ -32,6 +33,7 @@ pub mod usd;
 mod visibility;
 
 pub use atomic::{atomic_folder, atomic_write};
+pub use colour::{ColourFrame, parse_colour_json, write_colour_image, write_colour_manifest};
 pub use error::{FormatError, IoError};
 pub use estimate::{
     STRAND_IDS as ESTIMATE_STRAND_IDS, STRANDS as ESTIMATE_STRANDS, read_estimate, write_estimate,
@@ -44,7 +46,10 @@ pub use mesh::{parse_ply_mesh, read_mesh, write_mesh};
 pub use obj::{parse_obj_mesh, parse_obj_strands};
 pub use options::{ImportOptions, ImportReport, PRESETS, transform_mesh};
 pub use ply_strands::parse_ply_strands;
-pub use png::{parse_png_grey, read_png_grey, write_png_grey, write_png_grey16, write_png_rgb};
+pub use png::{
+    parse_png_grey, parse_png_rgb, read_png_grey, read_png_rgb, write_png_grey, write_png_grey16,
+    write_png_rgb, write_png_rgb16,
+};
 pub use read::{MAX_FILE_BYTES, parse_strands, read_strands, write_strands};
 pub use resample::{MAX_CHORD_ERROR_MM, MAX_POINTS, resample};
 pub use rig_json::parse_rig;

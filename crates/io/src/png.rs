@@ -39,6 +39,15 @@ pub fn write_png_grey16(path: &Path, image: &Plane<u16>) -> Result<()> {
     encode(path, image.size(), &bytes, ExtendedColorType::L16)
 }
 
+/// Writes a 16-bit RGB PNG, atomically.
+///
+/// # Errors
+/// If the image is empty or the file cannot be written.
+pub fn write_png_rgb16(path: &Path, image: &Plane<[u16; 3]>) -> Result<()> {
+    let bytes: Vec<u8> = image.data.as_flattened().iter().flat_map(|v| v.to_ne_bytes()).collect();
+    encode(path, image.size(), &bytes, ExtendedColorType::Rgb16)
+}
+
 fn encode(path: &Path, (w, h): (usize, usize), data: &[u8], colour: ExtendedColorType) -> Result<()> {
     let refuse = |fault: String| IoError::new(path, format!("not written: {fault}"));
     if w == 0 || h == 0 || w > MAX_SIDE_PX || h > MAX_SIDE_PX {
@@ -64,6 +73,29 @@ pub fn read_png_grey(path: &Path) -> Result<Plane<f32>> {
 /// # Errors
 /// As [`read_png_grey`].
 pub fn parse_png_grey(bytes: &[u8]) -> Parsed<Plane<f32>> {
+    let ((w, h), values) = decode(bytes, [ColorType::L8, ColorType::L16], "grey")?;
+    Ok(Plane::from_vec(w, h, values))
+}
+
+/// Reads an 8- or 16-bit RGB PNG as 0..1 values, linear in the stored numbers.
+///
+/// # Errors
+/// As [`read_png_grey`].
+pub fn read_png_rgb(path: &Path) -> Result<Plane<[f32; 3]>> {
+    parse_png_rgb(&read_all(path)?).map_err(|e| e.in_file(path))
+}
+
+/// Parses an RGB PNG; see [`read_png_rgb`].
+///
+/// # Errors
+/// As [`read_png_rgb`].
+pub fn parse_png_rgb(bytes: &[u8]) -> Parsed<Plane<[f32; 3]>> {
+    let ((w, h), values) = decode(bytes, [ColorType::Rgb8, ColorType::Rgb16], "RGB")?;
+    Ok(Plane::from_vec(w, h, values.as_chunks().0.to_vec()))
+}
+
+/// Size and values of a PNG of one of two colour types, with 8 and with 16 bits.
+fn decode(bytes: &[u8], wanted: [ColorType; 2], named: &str) -> Parsed<((usize, usize), Vec<f32>)> {
     let broken = |e: image::ImageError| {
         FormatError::new(
             "content",
@@ -85,25 +117,21 @@ pub fn parse_png_grey(bytes: &[u8]) -> Parsed<Plane<f32>> {
         ));
     }
     let colour = decoder.color_type();
-    let sixteen = match colour {
-        ColorType::L8 => false,
-        ColorType::L16 => true,
-        other => {
-            return Err(FormatError::new(
-                "header",
-                format!("the colour type is {other:?}, not grey"),
-                "convert it to 8- or 16-bit grey without alpha",
-            ));
-        }
-    };
+    if !wanted.contains(&colour) {
+        return Err(FormatError::new(
+            "header",
+            format!("the colour type is {colour:?}, not {named}"),
+            format!("convert it to 8- or 16-bit {named} without alpha"),
+        ));
+    }
     let mut raw = vec![0u8; total as usize];
     decoder.read_image(&mut raw).map_err(broken)?;
-    let data = if sixteen {
+    let values = if colour == wanted[1] {
         raw.chunks_exact(2).map(|b| f32::from(u16::from_ne_bytes([b[0], b[1]])) / 65_535.0).collect()
     } else {
         raw.iter().map(|&b| f32::from(b) / 255.0).collect()
     };
-    Ok(Plane::from_vec(w as usize, h as usize, data))
+    Ok(((w as usize, h as usize), values))
 }
 
 #[cfg(test)]

@@ -1,12 +1,14 @@
 //! Ranges of a scene's values.
 
-use super::{EnvironmentSpec, GroomSpec, LightSpec, MAX_STRANDS, RigSpec, SceneSpec};
-use crate::OpticsModel;
+use super::{
+    CalibrationError, EnvironmentSpec, GroomSpec, LensSpec, LightSpec, MAX_STRANDS, RigSpec, SceneSpec,
+};
+use crate::{FibreOptics, OpticsModel, Sensor, SkinOptics};
 
-pub(super) type Fault = (String, String);
+pub(crate) type Fault = (String, String);
 
 /// Says that `key` must lie in a closed range; NaN does not.
-pub(super) fn within<T: Into<f64> + Copy>(key: &str, value: T, low: f64, high: f64) -> Result<(), Fault> {
+pub(crate) fn within<T: Into<f64> + Copy>(key: &str, value: T, low: f64, high: f64) -> Result<(), Fault> {
     let v: f64 = value.into();
     if (low..=high).contains(&v) {
         return Ok(());
@@ -16,7 +18,7 @@ pub(super) fn within<T: Into<f64> + Copy>(key: &str, value: T, low: f64, high: f
 }
 
 /// [`within`] of each row of a table: key, value, lowest and highest.
-pub(super) fn all_within<T: Into<f64> + Copy>(
+pub(crate) fn all_within<T: Into<f64> + Copy>(
     table: &str,
     rows: &[(&str, T, f64, f64)],
 ) -> Result<(), Fault> {
@@ -68,7 +70,27 @@ impl SceneSpec {
         within("pigment.pheomelanin", p.pheomelanin, 0.0, 50.0)?;
         within("pigment.strand_spread", p.strand_spread, 0.0, 2.0)?;
         within("pigment.tuft_spread", p.tuft_spread, 0.0, 2.0)?;
-        let o = &self.optics;
+        self.optics.check()?;
+        self.skin.check()?;
+        self.sensor.check()?;
+        if let Some(motion) = &self.motion {
+            motion.check()?;
+        }
+        self.rig.check()?;
+        if let Some(environment) = &self.environment {
+            environment.check()?;
+        }
+        self.lights.check()?;
+        if self.lights.count == 0 && self.environment.is_none() {
+            return Err(("lights.count".into(), "0 without [environment]: the scene would be dark".into()));
+        }
+        Ok(())
+    }
+}
+
+impl FibreOptics {
+    pub(crate) fn check(&self) -> Result<(), Fault> {
+        let o = self;
         within("optics.index", o.index, 1.05, 3.0)?;
         within("optics.shift_r_deg", o.shift_r_deg, -20.0, 20.0)?;
         within("optics.width_r_deg", o.width_r_deg, 0.5, 45.0)?;
@@ -96,9 +118,20 @@ impl SceneSpec {
                 format!("model \"{model}\" has no such parameter; remove it or choose the other model"),
             ));
         }
-        within("skin.coat_reflectance", self.skin.coat_reflectance, 0.0, 0.5)?;
-        within("skin.coat_roughness", self.skin.coat_roughness, 0.02, 1.0)?;
-        let s = &self.sensor;
+        Ok(())
+    }
+}
+
+impl SkinOptics {
+    pub(crate) fn check(&self) -> Result<(), Fault> {
+        within("skin.coat_reflectance", self.coat_reflectance, 0.0, 0.5)?;
+        within("skin.coat_roughness", self.coat_roughness, 0.02, 1.0)
+    }
+}
+
+impl Sensor {
+    pub(crate) fn check(&self) -> Result<(), Fault> {
+        let s = self;
         within("sensor.full_scale_radiance", s.full_scale_radiance, 1e-9, 1e9)?;
         within("sensor.gain_spread", s.gain_spread, 0.0, 0.5)?;
         within("sensor.full_well_e", s.full_well_e, 0.0, 1e9)?;
@@ -107,17 +140,6 @@ impl SceneSpec {
         within("sensor.bits", s.bits, 0.0, 16.0)?;
         for w in s.response_rgb {
             within("sensor.response_rgb", w, 0.0, 10.0)?;
-        }
-        if let Some(motion) = &self.motion {
-            motion.check()?;
-        }
-        self.rig.check()?;
-        if let Some(environment) = &self.environment {
-            environment.check()?;
-        }
-        self.lights.check()?;
-        if self.lights.count == 0 && self.environment.is_none() {
-            return Err(("lights.count".into(), "0 without [environment]: the scene would be dark".into()));
         }
         Ok(())
     }
@@ -145,11 +167,24 @@ impl RigSpec {
             within("rig.motion.turn_deg_s", self.motion.turn_deg_s[k], -1e5, 1e5)?;
         }
         if let Some(lens) = &self.lens {
-            within("rig.lens.f_number", lens.f_number, 0.5, 1000.0)?;
-            within("rig.lens.focal_length_mm", lens.focal_length_mm, 0.5, 2000.0)?;
-            within("rig.lens.focus_mm", lens.focus_mm.unwrap_or(self.distance_mm), 10.0, 1e6)?;
+            lens.check(self.distance_mm)?;
         }
-        let e = &self.calibration_error;
+        self.calibration_error.check()
+    }
+}
+
+impl LensSpec {
+    /// `distance_mm` is in focus where nothing else is stated.
+    pub(crate) fn check(&self, distance_mm: f64) -> Result<(), Fault> {
+        within("rig.lens.f_number", self.f_number, 0.5, 1000.0)?;
+        within("rig.lens.focal_length_mm", self.focal_length_mm, 0.5, 2000.0)?;
+        within("rig.lens.focus_mm", self.focus_mm.unwrap_or(distance_mm), 10.0, 1e6)
+    }
+}
+
+impl CalibrationError {
+    pub(crate) fn check(&self) -> Result<(), Fault> {
+        let e = self;
         within("rig.calibration_error.rotation_mdeg", e.rotation_mdeg, 0.0, 5000.0)?;
         within("rig.calibration_error.translation_mm", e.translation_mm, 0.0, 100.0)?;
         within("rig.calibration_error.focal_relative", e.focal_relative, 0.0, 0.1)

@@ -7,11 +7,13 @@ mod motion;
 mod parse;
 mod rig;
 
+pub(crate) use check::{Fault, within};
 pub use environment::EnvironmentSpec;
 pub use groom::{
     Clumping, Disorder, Family, Fringe, GroomSpec, LengthSpec, MAX_STRANDS, Parting, StyleSpec, WaveSpec,
 };
 pub use motion::{HeadDrive, MotionSolver, MotionSpec, Swing, WindSpec};
+pub(crate) use parse::checked;
 pub use parse::parse;
 pub use rig::{CalibrationError, LensSpec, LightSpec, RigSpec};
 

@@ -1,7 +1,9 @@
 //! From TOML to a checked scene.
 
 use super::SceneSpec;
+use super::check::Fault;
 use crate::SceneError;
+use serde::de::DeserializeOwned;
 use std::ops::Range;
 use std::path::Path;
 use toml::de::{DeTable, DeValue};
@@ -15,6 +17,22 @@ const MAX_BYTES: usize = 1 << 20;
 /// [`SceneError::Syntax`] for text that is not TOML, unknown or missing keys and wrong types,
 /// [`SceneError::Value`] for values out of range; both name file and line.
 pub fn parse(toml_text: &str, path: &Path) -> Result<SceneSpec, SceneError> {
+    let mut spec = checked(toml_text, path, SceneSpec::check)?;
+    if spec.name.is_empty() {
+        spec.name = path.file_stem().map_or_else(|| "scene".into(), |s| s.to_string_lossy().into_owned());
+    }
+    Ok(spec)
+}
+
+/// Any kind of scene file, its values `check`ed.
+///
+/// # Errors
+/// As [`parse`].
+pub(crate) fn checked<T: DeserializeOwned>(
+    toml_text: &str,
+    path: &Path,
+    check: impl FnOnce(&T) -> Result<(), Fault>,
+) -> Result<T, SceneError> {
     let syntax = |at: usize, problem: String| SceneError::Syntax {
         path: path.to_owned(),
         line: line_of(toml_text, at),
@@ -23,12 +41,9 @@ pub fn parse(toml_text: &str, path: &Path) -> Result<SceneSpec, SceneError> {
     if toml_text.len() > MAX_BYTES {
         return Err(syntax(0, format!("the file has {} bytes; a scene has a few thousand", toml_text.len())));
     }
-    let mut spec: SceneSpec = toml::from_str(toml_text)
+    let spec: T = toml::from_str(toml_text)
         .map_err(|e| syntax(e.span().map_or(0, |s| s.start), e.message().trim().to_owned()))?;
-    if spec.name.is_empty() {
-        spec.name = path.file_stem().map_or_else(|| "scene".into(), |s| s.to_string_lossy().into_owned());
-    }
-    if let Err((key, problem)) = spec.check() {
+    if let Err((key, problem)) = check(&spec) {
         let line = DeTable::parse(toml_text)
             .ok()
             .and_then(|table| place(table.get_ref(), &key))

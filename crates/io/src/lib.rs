@@ -14,6 +14,7 @@ mod foreign;
 mod frame;
 mod hair;
 mod mesh;
+mod npy;
 mod obj;
 mod options;
 mod ply;
@@ -43,6 +44,7 @@ pub use foreign::{MAX_ANSWER_LENGTH_MM, MAX_ANSWER_STRANDS, parse_npy, parse_pfm
 pub use frame::{parse_frame_json, read_frame, read_frame_of_sequence, write_frame};
 pub use hair::{parse_hair, parse_monohair};
 pub use mesh::{parse_ply_mesh, read_mesh, write_mesh};
+pub use npy::Npz;
 pub use obj::{parse_obj_mesh, parse_obj_strands};
 pub use options::{ImportOptions, ImportReport, PRESETS, transform_mesh};
 pub use ply_strands::parse_ply_strands;

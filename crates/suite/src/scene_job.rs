@@ -5,6 +5,7 @@ use crate::{SuiteError, framing, hash};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use strandbench_io::ImportOptions;
+use strandbench_scenes::face::FaceScene;
 use strandbench_scenes::{CatalogEntry, Scene, SceneSpec};
 
 /// A scene to render: its whole description as TOML with the overrides applied.
@@ -29,24 +30,12 @@ impl SceneJob {
     /// # Errors
     /// If there is no such scene, or its text has an unknown key or an impossible value.
     pub fn open(scene: &str, settings: &[Setting]) -> Result<SceneJob, SuiteError> {
-        let entry = all_scenes().find(|e| e.name == scene);
-        if let Some(entry) = entry {
-            return SceneJob::from_toml(entry.name, Path::new(""), entry.toml, settings);
-        }
-        let path = Path::new(scene);
-        if path.extension().is_none_or(|e| e != "toml") {
-            let names: Vec<&str> = all_scenes().map(|e| e.name).collect();
-            let problem = format!("not in the catalogue ({}), and not a .toml file", names.join(", "));
+        let source = Source::find(scene)?;
+        if source.is_face() {
+            let problem = "is a face: `strandbench render` renders it; no method takes faces yet".to_owned();
             return Err(SuiteError::Scene { scene: scene.to_owned(), problem });
         }
-        let text = std::fs::read_to_string(path).map_err(|e| {
-            SuiteError::file(
-                path,
-                format!("cannot read this scene: {e}; `strandbench scenes show NAME` prints one"),
-            )
-        })?;
-        let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        SceneJob::from_toml(&stem, path, &text, settings)
+        SceneJob::from_toml(&source.name, &source.path, &source.text, settings)
     }
 
     /// A scene from its TOML text; `path` is where relative file names start and what errors name.
@@ -62,22 +51,11 @@ impl SceneJob {
         let shown =
             if path.as_os_str().is_empty() { PathBuf::from(format!("{name}.toml")) } else { path.to_owned() };
         let mut spec = strandbench_scenes::parse(text, &shown)?;
-        let overrides: Vec<&Setting> = settings.iter().filter(|s| s.part == Part::Scene).collect();
-        let mut text = text.to_owned();
-        if !overrides.is_empty() {
-            let fault = |e: &dyn std::fmt::Display| SuiteError::Scene {
-                scene: name.to_owned(),
-                problem: e.to_string(),
-            };
-            let mut table: toml::Table = toml::from_str(&text).map_err(|e| fault(&e))?;
-            for setting in &overrides {
-                put(&mut table, setting)?;
-            }
-            text = toml::to_string(&table).map_err(|e| fault(&e))?;
-            let shown = format!("{} with {}", shown.display(), list(&overrides));
-            spec = strandbench_scenes::parse(&text, Path::new(&shown))?;
+        let (text, changes) = overridden(name, text, settings)?;
+        if !changes.is_empty() {
+            let shown = with_changes(&shown, &changes);
+            spec = strandbench_scenes::parse(&text, &shown)?;
         }
-        let changes: Vec<String> = overrides.iter().map(|s| format!("{}={}", s.key, s.value)).collect();
         Ok(SceneJob {
             name: name.to_owned(),
             label: label(name, &changes),
@@ -204,6 +182,75 @@ fn without_exposure(spec: &SceneSpec) -> String {
     toml::to_string_pretty(&table).expect("a table of TOML is TOML")
 }
 
-fn list(settings: &[&Setting]) -> String {
-    settings.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
+/// A scene file's text, and where it came from.
+pub(crate) struct Source {
+    /// Catalogue name or file stem.
+    pub name: String,
+    /// The file; empty for a catalogue scene.
+    pub path: PathBuf,
+    /// TOML.
+    pub text: String,
+}
+
+impl Source {
+    /// A scene of a catalogue by name, or a `.toml` file by path.
+    ///
+    /// # Errors
+    /// If there is no such scene, or the file cannot be read.
+    pub fn find(scene: &str) -> Result<Source, SuiteError> {
+        let mut entries = all_scenes().chain(strandbench_scenes::face::catalog());
+        if let Some(entry) = entries.find(|e| e.name == scene) {
+            return Ok(Source {
+                name: entry.name.to_owned(),
+                path: PathBuf::new(),
+                text: entry.toml.to_owned(),
+            });
+        }
+        let path = Path::new(scene);
+        if path.extension().is_none_or(|e| e != "toml") {
+            let faces = strandbench_scenes::face::catalog();
+            let names: Vec<&str> = all_scenes().chain(faces).map(|e| e.name).collect();
+            let problem = format!("not in the catalogue ({}), and not a .toml file", names.join(", "));
+            return Err(SuiteError::Scene { scene: scene.to_owned(), problem });
+        }
+        let text = std::fs::read_to_string(path).map_err(|e| {
+            SuiteError::file(
+                path,
+                format!("cannot read this scene: {e}; `strandbench scenes show NAME` prints one"),
+            )
+        })?;
+        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        Ok(Source { name, path: path.to_owned(), text })
+    }
+
+    /// Whether it is a scene of a face.
+    pub fn is_face(&self) -> bool {
+        FaceScene::is(&self.text)
+    }
+}
+
+/// What errors name where a file's text was changed by overrides.
+pub(crate) fn with_changes(path: &Path, changes: &[String]) -> PathBuf {
+    let changes: Vec<String> = changes.iter().map(|c| format!("scene.{c}")).collect();
+    PathBuf::from(format!("{} with {}", path.display(), changes.join(", ")))
+}
+
+/// A scene's text with the overrides of [`Part::Scene`], and these as `key=value`.
+pub(crate) fn overridden(
+    name: &str,
+    text: &str,
+    settings: &[Setting],
+) -> Result<(String, Vec<String>), SuiteError> {
+    let overrides: Vec<&Setting> = settings.iter().filter(|s| s.part == Part::Scene).collect();
+    if overrides.is_empty() {
+        return Ok((text.to_owned(), Vec::new()));
+    }
+    let fault =
+        |e: &dyn std::fmt::Display| SuiteError::Scene { scene: name.to_owned(), problem: e.to_string() };
+    let mut table: toml::Table = toml::from_str(text).map_err(|e| fault(&e))?;
+    for setting in &overrides {
+        put(&mut table, setting)?;
+    }
+    let text = toml::to_string(&table).map_err(|e| fault(&e))?;
+    Ok((text, overrides.iter().map(|s| format!("{}={}", s.key, s.value)).collect()))
 }

@@ -3,7 +3,7 @@
 use super::FaceError;
 use glam::Vec3;
 use std::path::Path;
-use strandbench_io::read_mesh;
+use strandbench_io::{Npz, read_mesh};
 use strandbench_types::TriMesh;
 
 /// The model's unit is a centimetre.
@@ -60,6 +60,84 @@ impl IctFace {
         }
         Ok(IctFace { neutral, shapes })
     }
+
+    /// Reads the neutral face of a folder and all shapes of an archive beside it: `identity` and `expression`, floats of
+    /// shape (shapes, vertices, 3) in centimetres that are added to the first vertices of the neutral face, with the
+    /// lists `identity_names` and `expression_names`. Vertices beyond those of the archive (eyes, teeth), of which it
+    /// knows no shapes, are left out, with their triangles.
+    ///
+    /// # Errors
+    /// [`FaceError::File`] with the file's name: an array is missing, of another shape, not finite, or its face is not
+    /// the folder's.
+    pub fn read_archive(folder: &Path, archive: &Path) -> Result<IctFace, FaceError> {
+        let mut neutral = IctFace::read(folder, &[])?.neutral;
+        let vertices = neutral.vertices.len();
+        let fault = |problem: String| FaceError::File { path: archive.to_owned(), problem };
+        let io = |e: strandbench_io::IoError| FaceError::File { path: e.path.clone(), problem: e.problem };
+        let npz = Npz::read(archive).map_err(io)?;
+        let vectors = |name: &str| -> Result<(Vec<usize>, Vec<Vec3>), FaceError> {
+            let (shape, values) = npz.floats(name).map_err(io)?;
+            if shape.last() != Some(&3) {
+                return Err(fault(format!("array {name} of shape {shape:?} holds no vectors (.., 3)")));
+            }
+            if let Some(i) = values.iter().position(|v| !v.is_finite()) {
+                return Err(fault(format!("array {name}: value {i} is not finite; write it again")));
+            }
+            Ok((shape, values.as_chunks().0.iter().map(|v| Vec3::from_array(*v) * MM).collect()))
+        };
+        let (_, own) = vectors("neutral")?;
+        // The files round to a millionth of a centimetre.
+        let same =
+            own.len() == vertices && own.iter().zip(&neutral.vertices).all(|(a, b)| a.distance(*b) < 1e-3);
+        if !same {
+            let problem = format!(
+                "its neutral face of {} vertices is not that of {NEUTRAL} ({vertices}); take both from one release",
+                own.len()
+            );
+            return Err(fault(problem));
+        }
+        let mut shapes: Vec<(String, Vec<Vec3>)> = Vec::new();
+        for kind in ["identity", "expression"] {
+            let names = npz.texts(&format!("{kind}_names")).map_err(io)?;
+            let (shape, deltas) = vectors(kind)?;
+            let [n, moved, 3] = shape[..] else {
+                return Err(fault(format!("array {kind} of shape {shape:?} is not (shapes, vertices, 3)")));
+            };
+            let agreed = shapes.first().is_none_or(|s| s.1.len() == moved);
+            if n != names.len() || moved == 0 || moved > vertices || !agreed {
+                let problem = format!(
+                    "array {kind} of shape {shape:?} does not fit {} names and {vertices} vertices",
+                    names.len()
+                );
+                return Err(fault(problem));
+            }
+            shapes.extend(names.into_iter().zip(deltas.chunks_exact(moved).map(<[Vec3]>::to_vec)));
+        }
+        let kept = shapes.first().map_or(vertices, |s| s.1.len());
+        neutral.vertices.truncate(kept);
+        neutral.triangles.retain(|t| t.iter().all(|&v| (v as usize) < kept));
+        Ok(IctFace { neutral, shapes })
+    }
+
+    /// The neutral face with some of the shapes added, by name and weight; expressions need weights in 0..1, identities
+    /// about a standard normal number each.
+    ///
+    /// # Errors
+    /// [`FaceError::Unknown`] for a shape that was not read.
+    pub fn with<'a>(
+        &self,
+        weights: impl IntoIterator<Item = (&'a str, f32)>,
+    ) -> Result<Vec<Vec3>, FaceError> {
+        let mut out = self.neutral.vertices.clone();
+        for (name, w) in weights {
+            let Some((_, deltas)) = self.shapes.iter().find(|(n, _)| n == name) else {
+                let known = self.shapes.iter().map(|s| s.0.as_str()).collect::<Vec<_>>().join(", ");
+                return Err(FaceError::Unknown { name: name.to_owned(), known });
+            };
+            out.iter_mut().zip(deltas).for_each(|(p, d)| *p += *d * w);
+        }
+        Ok(out)
+    }
 }
 
 #[cfg(test)]
@@ -102,5 +180,29 @@ mod tests {
         assert!((200.0..500.0).contains(&(high.y - low.y)), "{low} {high}");
         let most = face.shapes[1].1.iter().map(|d| d.length()).fold(0.0, f32::max);
         assert!((10.0..60.0).contains(&most), "a jaw opens by {most} mm");
+
+        let archive = folder.parent().unwrap().join("ict_facekit_light_deltas_f32.npz");
+        let whole = IctFace::read_archive(&folder, &archive).unwrap();
+        assert_eq!((whole.shapes.len(), whole.neutral.vertices.len()), (157, 11_248));
+        for (name, deltas) in &face.shapes {
+            let (_, packed) = whole.shapes.iter().find(|(n, _)| n == name).expect("a name of the release");
+            let off = packed.iter().zip(deltas).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
+            assert!(off < 1e-3, "{name}: {off} mm between archive and folder");
+        }
+        let open = whole.with([("jawOpen", 0.5)]).unwrap();
+        let moved = open.iter().zip(&face.neutral.vertices).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
+        assert!((moved / most - 0.5).abs() < 1e-3, "{moved} of {most}");
+        assert!(whole.with([("jawShut", 1.0)]).unwrap_err().to_string().contains("jawOpen"));
+    }
+
+    #[test]
+    fn an_archive_that_does_not_fit_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join(NEUTRAL), SQUARE).unwrap();
+        let archive = folder.path().join("shapes.npz");
+        let fault = || IctFace::read_archive(folder.path(), &archive).unwrap_err().to_string();
+        assert!(fault().contains("shapes.npz"));
+        std::fs::write(&archive, b"PK").unwrap();
+        assert!(fault().contains("shapes.npz") && fault().contains("numpy.savez"), "{}", fault());
     }
 }

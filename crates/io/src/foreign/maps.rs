@@ -3,6 +3,7 @@
 use super::units::{UNITS, Units};
 use crate::error::{FormatError, IoError, Parsed, Result};
 use crate::exr::MAX_SIDE_PX;
+use crate::npy;
 use crate::png::parse_png_grey;
 use crate::read::{ending, read_all};
 use std::path::Path;
@@ -56,57 +57,12 @@ fn check_side(w: usize, h: usize) -> Parsed<()> {
 /// # Errors
 /// Names the place: wrong magic, a header that is none, another type or shape, truncation.
 pub fn parse_npy(bytes: &[u8]) -> Parsed<Plane<f32>> {
-    let bad = |fault: String| FormatError::new("header", fault, "save a float32 array with numpy.save");
-    if bytes.len() < 12 || &bytes[..6] != b"\x93NUMPY" {
-        return Err(bad("this is no NumPy array".into()));
-    }
-    let (length, start): (usize, usize) = match bytes[6] {
-        1 => (usize::from(u16::from_le_bytes([bytes[8], bytes[9]])), 10),
-        2 | 3 => (u32::from_le_bytes([bytes[8], bytes[9], bytes[10], bytes[11]]) as usize, 12),
-        v => return Err(bad(format!("format version {v} is unknown"))),
-    };
-    let header =
-        bytes.get(start..start.saturating_add(length)).ok_or_else(|| bad("it is truncated".into()))?;
-    let header = String::from_utf8_lossy(header);
-    let value = |key: &str| -> Parsed<&str> {
-        let at = header.find(&format!("'{key}'")).ok_or_else(|| bad(format!("it has no {key:?}")))?;
-        let rest = &header[at + key.len() + 2..];
-        Ok(rest.trim_start().strip_prefix(':').unwrap_or(rest).trim_start())
-    };
-    let (size, big) = match value("descr")?.get(..5) {
-        Some("'<f4'") => (4, false),
-        Some("'<f8'") => (8, false),
-        Some("'>f4'") => (4, true),
-        Some("'>f8'") => (8, true),
-        _ => {
-            let kind: String = value("descr")?.chars().take_while(|c| *c != ',').collect();
-            return Err(bad(format!("values are {kind}, not floats of 32 or 64 bits")));
-        }
-    };
-    let by_column = value("fortran_order")?.starts_with("True");
-    let shape = value("shape")?;
-    let inner = shape.strip_prefix('(').and_then(|s| s.split(')').next()).unwrap_or_default();
-    let sides: Vec<usize> = inner.split(',').filter_map(|n| n.trim().parse().ok()).collect();
-    let [h, w] = sides[..] else {
-        return Err(bad(format!("shape ({inner}) is not (height, width)")));
+    let array = npy::Array::parse(bytes)?;
+    let [h, w] = array.shape[..] else {
+        return Err(npy::fault(format!("shape {} is not (height, width)", array.shown_shape())));
     };
     check_side(w, h)?;
-    let body = &bytes[start + length..];
-    if body.len() != w * h * size {
-        let fault = format!("{} bytes of values where {h}x{w} of {size} bytes are due", body.len());
-        return Err(FormatError::at_byte(start + length, fault, REMEDY));
-    }
-    let number = |b: &[u8]| -> f32 {
-        let mut a = [0u8; 8];
-        a[..size].copy_from_slice(b);
-        if big {
-            a[..size].reverse();
-        }
-        if size == 4 { f32::from_le_bytes([a[0], a[1], a[2], a[3]]) } else { f64::from_le_bytes(a) as f32 }
-    };
-    let all: Vec<f32> = body.chunks_exact(size).map(number).collect();
-    let data = if by_column { (0..h * w).map(|i| all[(i % w) * h + i / w]).collect() } else { all };
-    Ok(Plane::from_vec(w, h, data))
+    Ok(Plane::from_vec(w, h, array.floats()?))
 }
 
 /// Parses a grey portable float map (`Pf`): rows from the bottom, little-endian where the third number is negative. The

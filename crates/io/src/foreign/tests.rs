@@ -282,8 +282,8 @@ fn whatever_is_wrong_names_file_and_remedy() {
     let good = |shape: &str| format!("{{'descr': '<f4', 'fortran_order': False, 'shape': {shape}, }}");
     file("depth.npy", &npy(&good("(2, 3)"), &[0; 24]), &["3x2 pixels", "center has 24x18"]);
     file("depth.npy", &npy(&good("(18, 24, 1)"), &[0; 4 * W * H]), &["(18, 24, 1) is not (height, width)"]);
-    file("depth.npy", &npy(&good("(18, 24)"), &[0; 4 * W * H - 1]), &["1727 bytes", "18x24"]);
-    file("depth.npy", &npy(&good("(99999, 99999)"), &[0; 8]), &["99999x99999"]);
+    file("depth.npy", &npy(&good("(18, 24)"), &[0; 4 * W * H - 1]), &["1727 bytes", "(18, 24)"]);
+    file("depth.npy", &npy(&good("(99999, 99999)"), &[0; 8]), &["(99999, 99999)"]);
     file("depth.npy", &npy("{'descr': '|O', 'fortran_order': False, 'shape': (2, 3)}", b""), &["'|O'"]);
     file("depth.pfm", b"PF\n2 2\n-1\n", &["three colours"]);
     file("depth.pfm", b"Pf\n2 2\n0\n0000000000000000", &["scale is zero"]);

@@ -36,7 +36,7 @@ fn light(centre_mm: Vec3, radiance: f32) -> AreaLight {
 
 fn scene(model: &FaceModel, face: &PosedFace, from: DVec3) -> Scene {
     let surface =
-        |parts: &[Part], albedo_rgb| Surface { mesh: model.part_mesh(&face.vertices, parts), albedo_rgb };
+        |parts: &[Part], albedo_rgb| Surface::plain(model.part_mesh(&face.vertices, parts), albedo_rgb);
     let middle = DVec3::new(0.0, -35.0, 30.0);
     let camera = Camera::look_at("c", SIZE_PX, 980.0, middle + from * 1100.0, middle, DVec3::NEG_Y);
     let rig =
@@ -63,6 +63,7 @@ fn scene(model: &FaceModel, face: &PosedFace, from: DVec3) -> Scene {
         environment: None,
         lens: None,
         motion: RigMotion::default(),
+        polarised: Vec::new(),
         sensor: Sensor { full_scale_radiance: 0.4, ..Sensor::default() },
         background_rgb: [0.02; 3],
         head_breadth_mm: 155.0,

@@ -33,7 +33,7 @@ pub use fibre::{FibreModel, FibrePoint, Scattered, Toward};
 pub use identity::IdentityPlanes;
 pub use light::{Choice, LightSample, Lights, Mix, Strategy};
 pub use scene::{RenderScene, fibre_tangent};
-pub use sensor::{expose, gain};
+pub use sensor::{expose, expose_rgb, gain};
 pub use skin::{Skin, SkinToward};
 pub use vertex::SurfacePoint;
 

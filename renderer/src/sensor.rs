@@ -7,6 +7,7 @@ use strandbench_types::Plane;
 /// Keys of the streams, so that gain and noise never share numbers.
 const GAIN_KEY: u64 = 0x6761_696e;
 const NOISE_KEY: u64 = 0x6e6f_6973;
+const COLOUR_NOISE_KEY: u64 = 0x636f_6c6f;
 /// Mean count of electrons above which a Gaussian stands in for the Poisson distribution.
 const GAUSSIAN_ABOVE: f64 = 100.0;
 
@@ -44,6 +45,59 @@ pub fn gain(sensor: &Sensor, camera: usize, seed: u64) -> f64 {
     (1.0 + f64::from(sensor.gain_spread) * normal(&mut rng)).clamp(0.2, 5.0)
 }
 
+/// What happens to each pixel of one camera.
+struct Exposure<'a> {
+    sensor: &'a Sensor,
+    width: usize,
+    centre: [f64; 2],
+    corner2: f64,
+    gain: f64,
+    levels: Option<f64>,
+}
+
+impl<'a> Exposure<'a> {
+    fn new(sensor: &'a Sensor, camera: usize, (width, height): (usize, usize), seed: u64) -> Exposure<'a> {
+        let [cx, cy] = [0.5 * width as f64, 0.5 * height as f64];
+        Exposure {
+            sensor,
+            width,
+            centre: [cx, cy],
+            corner2: (cx * cx + cy * cy).max(1e-9),
+            gain: gain(sensor, camera, seed),
+            levels: (sensor.bits > 0).then(|| (2.0f64.powi(sensor.bits.min(32) as i32)) - 1.0),
+        }
+    }
+
+    /// The share of the light that vignetting leaves to pixel `i`.
+    fn vignette(&self, i: usize) -> f64 {
+        let (x, y) =
+            ((i % self.width) as f64 + 0.5 - self.centre[0], (i / self.width) as f64 + 0.5 - self.centre[1]);
+        1.0 - f64::from(self.sensor.vignetting) * (x * x + y * y) / self.corner2
+    }
+
+    /// The value of light `v` (1.0 fills the well), with the numbers that `rng` draws.
+    fn value(&self, mut v: f64, rng: impl FnOnce() -> Rng) -> f32 {
+        let well = f64::from(self.sensor.full_well_e);
+        let read = f64::from(self.sensor.read_noise_e);
+        if !v.is_finite() {
+            v = 0.0;
+        }
+        if well > 0.0 {
+            let mut rng = rng();
+            let mut electrons = poisson(v.min(4.0) * well, &mut rng).min(well);
+            if read > 0.0 {
+                electrons += read * normal(&mut rng);
+            }
+            v = electrons / well;
+        }
+        v = (v * self.gain).clamp(0.0, 1.0);
+        if let Some(levels) = self.levels {
+            v = (v * levels).round() / levels;
+        }
+        v as f32
+    }
+}
+
 /// The linear-light monochrome image (1.0 = full scale) that camera `camera` delivers for a radiance.
 ///
 /// In this order: weights of the response; vignetting, quadratic in the distance from the image's centre;
@@ -52,35 +106,42 @@ pub fn gain(sensor: &Sensor, camera: usize, seed: u64) -> f64 {
 /// zero is absent, and the two limits then remain. Values that are not finite count as dark.
 pub fn expose(sensor: &Sensor, camera: usize, radiance_rgb: &Plane<[f32; 3]>, seed: u64) -> Plane<f32> {
     let (width, height) = radiance_rgb.size();
-    let (cx, cy) = (0.5 * width as f64, 0.5 * height as f64);
-    let corner2 = (cx * cx + cy * cy).max(1e-9);
-    let gain = gain(sensor, camera, seed);
-    let well = f64::from(sensor.full_well_e);
-    let read = f64::from(sensor.read_noise_e);
-    let levels = (sensor.bits > 0).then(|| (2.0f64.powi(sensor.bits.min(32) as i32)) - 1.0);
+    let exposure = Exposure::new(sensor, camera, (width, height), seed);
     let full = f64::from(sensor.full_scale_radiance);
     let mut out = Plane::filled(width, height, 0.0f32);
     for (i, (o, rgb)) in out.data.iter_mut().zip(&radiance_rgb.data).enumerate() {
         let light: f64 = (0..3).map(|c| f64::from(sensor.response_rgb[c]) * f64::from(rgb[c])).sum();
-        let (x, y) = ((i % width) as f64 + 0.5 - cx, (i / width) as f64 + 0.5 - cy);
-        let vignette = 1.0 - f64::from(sensor.vignetting) * (x * x + y * y) / corner2;
-        let mut v = light * vignette / full;
-        if !v.is_finite() {
-            v = 0.0;
-        }
-        if well > 0.0 {
-            let mut rng = Rng::keyed(&[seed, NOISE_KEY, camera as u64, i as u64]);
-            let mut electrons = poisson(v.min(4.0) * well, &mut rng).min(well);
-            if read > 0.0 {
-                electrons += read * normal(&mut rng);
-            }
-            v = electrons / well;
-        }
-        v = (v * gain).clamp(0.0, 1.0);
-        if let Some(levels) = levels {
-            v = (v * levels).round() / levels;
-        }
-        *o = v as f32;
+        let v = light * exposure.vignette(i) / full;
+        *o = exposure.value(v, || Rng::keyed(&[seed, NOISE_KEY, camera as u64, i as u64]));
+    }
+    out
+}
+
+/// The linear-light colour image (1.0 = full scale, linear RGB) that camera `camera` delivers for a radiance: a sensor
+/// of three wells at every pixel, as a prism makes it, and no mosaic of filters.
+///
+/// Each channel is exposed as [`expose`] does, with noise of its own, and responds to its own primary alone: by its
+/// weight relative to the mean of the three, which leaves `full_scale_radiance` of equal weights to fill all wells.
+/// Weights of 0 leave a channel dark but for read noise. Gain and vignetting are the camera's.
+pub fn expose_rgb(
+    sensor: &Sensor,
+    camera: usize,
+    radiance_rgb: &Plane<[f32; 3]>,
+    seed: u64,
+) -> Plane<[f32; 3]> {
+    let (width, height) = radiance_rgb.size();
+    let exposure = Exposure::new(sensor, camera, (width, height), seed);
+    let response = sensor.response_rgb.map(f64::from);
+    let total: f64 = response.iter().sum();
+    let share = response.map(|w| if total > 0.0 { 3.0 * w / total } else { 0.0 });
+    let full = f64::from(sensor.full_scale_radiance);
+    let mut out = Plane::filled(width, height, [0.0f32; 3]);
+    for (i, (o, rgb)) in out.data.iter_mut().zip(&radiance_rgb.data).enumerate() {
+        let seen = exposure.vignette(i) / full;
+        *o = std::array::from_fn(|c| {
+            let key = [seed, COLOUR_NOISE_KEY, camera as u64, i as u64, c as u64];
+            exposure.value(share[c] * f64::from(rgb[c]) * seen, || Rng::keyed(&key))
+        });
     }
     out
 }
@@ -187,5 +248,51 @@ mod tests {
         assert_ne!(a, expose(&sensor, 1, &light, 10));
         let (_, variance) = moments(&a.data);
         assert!(variance > 0.0, "pixels differ");
+    }
+
+    #[test]
+    fn channels_of_a_colour_sensor_are_exposed_each_by_itself() {
+        let ideal = Sensor { response_rgb: [0.4, 0.8, 1.2], ..ideal() };
+        let light = Plane::from_vec(2, 1, vec![[1.0, 0.5, 0.25], [9.0, f32::NAN, 0.0]]);
+        let got = expose_rgb(&ideal, 0, &light, 1);
+        for (c, want) in [0.25, 0.25, 0.1875].into_iter().enumerate() {
+            assert!((got.data[0][c] - want).abs() < 1e-6, "{c}: {}", got.data[0][c]);
+        }
+        assert_eq!(got.data[1], [1.0, 0.0, 0.0]);
+        // The noise of each channel follows its own signal, and no two channels share their numbers.
+        let (well, read) = (1.6e4, 15.0f64);
+        let sensor = Sensor {
+            full_well_e: well as f32,
+            read_noise_e: read as f32,
+            gain_spread: 0.1,
+            vignetting: 0.3,
+            ..ideal
+        };
+        let light = Plane::filled(300, 200, [1.0, 0.5, 0.1]);
+        let a = expose_rgb(&sensor, 3, &light, 7);
+        assert_eq!(a, expose_rgb(&sensor, 3, &light, 7));
+        assert_ne!(a, expose_rgb(&sensor, 2, &light, 7));
+        assert_ne!(a, expose_rgb(&sensor, 3, &light, 8));
+        let g = gain(&sensor, 3, 7);
+        let exposure = Exposure::new(&sensor, 3, (300, 200), 7);
+        let n = a.data.len() as f64;
+        // Residuals over their standard deviation: mean 0, variance 1, and uncorrelated between channels.
+        let z: Vec<[f64; 3]> = (0..a.data.len())
+            .map(|i| {
+                std::array::from_fn(|c| {
+                    let signal = [0.25, 0.25, 0.075][c] * exposure.vignette(i);
+                    let sd = g * (signal / well + (read / well).powi(2)).sqrt();
+                    (f64::from(a.data[i][c]) - g * signal) / sd
+                })
+            })
+            .collect();
+        for c in 0..3 {
+            let mean = z.iter().map(|z| z[c]).sum::<f64>() / n;
+            let square = z.iter().map(|z| z[c] * z[c]).sum::<f64>() / n;
+            let both = z.iter().map(|z| z[c] * z[(c + 1) % 3]).sum::<f64>() / n;
+            assert!(mean.abs() < 5.0 / n.sqrt(), "{c}: mean {mean}");
+            assert!((square - 1.0).abs() < 5.0 * (2.0 / n).sqrt(), "{c}: variance {square}");
+            assert!(both.abs() < 5.0 / n.sqrt(), "{c}: correlation {both}");
+        }
     }
 }

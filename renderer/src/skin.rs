@@ -24,6 +24,9 @@ impl Skin {
         if !(0.02..=1.0).contains(&roughness) {
             return Err(format!("skin: coat_roughness is {roughness}; it must lie in 0.02..1"));
         }
+        if !(0.0..=10.0).contains(&optics.scatter_mm) {
+            return Err(format!("skin: scatter_mm is {}; it must lie in 0..10", optics.scatter_mm));
+        }
         Ok(Skin { f0, a2: roughness * roughness })
     }
 

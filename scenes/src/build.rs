@@ -30,8 +30,8 @@ pub fn build(spec: &SceneSpec, seed: u64, base_dir: Option<&Path>) -> Result<Sce
     let mut surfaces = Vec::new();
     let embedded = spec.head.embedded.then(|| Head::new(spec.head.breadth_mm));
     if let Some(head) = &embedded {
-        surfaces.push(Surface { mesh: head.skin(), albedo_rgb: spec.head.albedo_rgb });
-        surfaces.push(Surface { mesh: head.eyes(), albedo_rgb: EYE_ALBEDO });
+        surfaces.push(Surface::plain(head.skin(), spec.head.albedo_rgb));
+        surfaces.push(Surface::plain(head.eyes(), EYE_ALBEDO));
     }
     let (strands, pigments) = match (&spec.groom, &spec.hair_file) {
         (Some(g), _) => {
@@ -41,7 +41,7 @@ pub fn build(spec: &SceneSpec, seed: u64, base_dir: Option<&Path>) -> Result<Sce
         (None, Some(file)) => {
             let (strands, mesh) = import(spec, file, base_dir)?;
             if let Some(mesh) = mesh {
-                surfaces.push(Surface { mesh, albedo_rgb: spec.head.albedo_rgb });
+                surfaces.push(Surface::plain(mesh, spec.head.albedo_rgb));
             }
             let pigments = independent_pigments(spec, strands.len(), seed);
             (strands, pigments)
@@ -70,6 +70,7 @@ pub fn build(spec: &SceneSpec, seed: u64, base_dir: Option<&Path>) -> Result<Sce
         environment,
         lens: capture::lens(&spec.rig),
         motion: spec.rig.motion,
+        polarised: Vec::new(),
         sensor: spec.sensor.clone(),
         background_rgb: spec.background_rgb,
         head_breadth_mm: spec.head.breadth_mm,

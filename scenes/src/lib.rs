@@ -23,6 +23,7 @@ pub use build::build;
 pub use capture::rotation;
 pub use catalog::{CatalogEntry, DEFAULT_SCENE, catalog};
 pub use error::SceneError;
+pub use face::{SkinDetail, SkinTexture};
 pub use head::scalp_of;
 pub use motion::{HeadPose, MotionCache, MotionError, MotionFrame, Simulation, moving_catalog};
 pub use scene::{

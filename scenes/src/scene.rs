@@ -1,7 +1,9 @@
 //! A scene ready to render: geometry, optics, lights, rig and sensor.
 
+use crate::face::SkinDetail;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 use strandbench_types::{Plane, Rig, StrandSet, TriMesh};
 
 /// Melanin concentrations of a fibre (d'Eon et al. 2011; Chiang et al. 2016), dimensionless; the absorption
@@ -187,12 +189,22 @@ pub struct SkinOptics {
     pub coat_reflectance: f32,
     /// Roughness α of the coat's GGX distribution.
     pub coat_roughness: f32,
+    /// How far light spreads below surfaces with a [`SkinDetail`]: standard deviation of the widest of the Gaussians
+    /// that make up the profile of skin (d'Eon et al. 2007), mm; 2.72 is skin as they measured it, and the others scale
+    /// with it. 0 leaves light where it enters.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub scatter_mm: f32,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde's signature")]
+fn is_zero(v: &f32) -> bool {
+    *v == 0.0
 }
 
 impl Default for SkinOptics {
     /// Index of refraction 1.4 (skin); a sheen as wide as on skin without make-up.
     fn default() -> SkinOptics {
-        SkinOptics { coat_reflectance: 0.028, coat_roughness: 0.35 }
+        SkinOptics { coat_reflectance: 0.028, coat_roughness: 0.35, scatter_mm: 0.0 }
     }
 }
 
@@ -229,8 +241,17 @@ impl RigMotion {
 pub struct Surface {
     /// Geometry, mm, world.
     pub mesh: TriMesh,
-    /// Diffuse albedo, linear RGB.
+    /// Diffuse albedo, linear RGB, where there is no detail.
     pub albedo_rgb: [f32; 3],
+    /// What the surface looks like close by, in place of one albedo.
+    pub detail: Option<Arc<SkinDetail>>,
+}
+
+impl Surface {
+    /// A surface of one albedo all over.
+    pub fn plain(mesh: TriMesh, albedo_rgb: [f32; 3]) -> Surface {
+        Surface { mesh, albedo_rgb, detail: None }
+    }
 }
 
 /// What a camera does to the light it gets; a zero switches a fault off.
@@ -294,6 +315,8 @@ pub struct Scene {
     pub lens: Option<Lens>,
     /// Motion of the rig during the exposure.
     pub motion: RigMotion,
+    /// Which cameras have a polarising filter crossed with those of the lights, indexed [camera]; empty if none has.
+    pub polarised: Vec<bool>,
     /// The cameras' response and faults.
     pub sensor: Sensor,
     /// Radiance of the background, linear RGB.

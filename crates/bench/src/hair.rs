@@ -87,6 +87,7 @@ pub fn scene(strands: StrandSet, size: (u32, u32)) -> Scene {
         environment: None,
         lens: None,
         motion: RigMotion::default(),
+        polarised: Vec::new(),
         calibrated_rig: rig.clone(),
         rig,
         sensor: Sensor { full_scale_radiance: 1.0, ..Sensor::default() },

@@ -106,6 +106,7 @@ impl Setting {
             rig,
             lens: None,
             motion: RigMotion::default(),
+            polarised: Vec::new(),
             sensor: Sensor { response_rgb: LUMINANCE, ..Sensor::default() },
             background_rgb: [0.0; 3],
             head_breadth_mm: 155.0,

@@ -3,7 +3,7 @@ use std::f64::consts::PI as PI64;
 use strandbench_rng::Rng;
 
 fn skin(coat_reflectance: f32, coat_roughness: f32) -> Skin {
-    Skin::new(&SkinOptics { coat_reflectance, coat_roughness }).unwrap()
+    Skin::new(&SkinOptics { coat_reflectance, coat_roughness, scatter_mm: 0.0 }).unwrap()
 }
 
 fn tilted(deg: f32) -> Vec3 {
@@ -127,7 +127,8 @@ fn impossible_optics_are_refused() {
     for (f0, roughness, part) in
         [(f32::NAN, 0.3, "reflectance"), (0.9, 0.3, "reflectance"), (0.03, 0.0, "rough")]
     {
-        let e = Skin::new(&SkinOptics { coat_reflectance: f0, coat_roughness: roughness }).unwrap_err();
+        let e = Skin::new(&SkinOptics { coat_reflectance: f0, coat_roughness: roughness, scatter_mm: 0.0 })
+            .unwrap_err();
         assert!(e.contains(part), "{e}");
     }
 }

@@ -99,12 +99,7 @@ fn plate_under_a_rectangle_has_the_closed_form_irradiance() {
         half_v_mm: Vec3::Y * half,
         radiance_rgb: [radiance; 3],
     };
-    let s = scene(
-        StrandSet::new(),
-        vec![Surface { mesh: plate(50.0, 0.0), albedo_rgb: [0.6; 3] }],
-        vec![l],
-        (4, 4),
-    );
+    let s = scene(StrandSet::new(), vec![Surface::plain(plate(50.0, 0.0), [0.6; 3])], vec![l], (4, 4));
     let got = render(&s, &fixed(4096), 9).radiance_rgb.data[2 * 4 + 2][0];
     let (a, h) = (f64::from(half), f64::from(height));
     let edge = a / (a * a + h * h).sqrt();
@@ -134,7 +129,7 @@ fn plate_under_a_rectangle_has_the_closed_form_irradiance() {
 #[test]
 fn lights_are_one_sided_and_fibres_and_meshes_cast_shadows() {
     let lamp = light(Vec3::new(0.0, 0.0, 500.0), 20.0, 50.0);
-    let skin = |z| Surface { mesh: plate(40.0, z), albedo_rgb: [0.6; 3] };
+    let skin = |z| Surface::plain(plate(40.0, z), [0.6; 3]);
     let lit = render(&scene(StrandSet::new(), vec![skin(0.0)], vec![lamp], (8, 8)), &fixed(16), 1);
     let value = |r: &Render| r.radiance_rgb.data[4 * 8 + 4][0];
     assert!(value(&lit) > 0.05);

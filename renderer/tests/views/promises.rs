@@ -10,8 +10,7 @@ use strandbench_types::{Monitor, Silent, StrandSet};
 #[test]
 fn same_bits_for_any_number_of_threads_and_other_bits_for_another_seed() {
     let lights = vec![light(Vec3::new(300.0, 300.0, 700.0), 80.0, 60.0), light(Vec3::X * 800.0, 80.0, 60.0)];
-    let s =
-        scene(tuft(400), vec![Surface { mesh: plate(20.0, -9.0), albedo_rgb: [0.5; 3] }], lights, (50, 40));
+    let s = scene(tuft(400), vec![Surface::plain(plate(20.0, -9.0), [0.5; 3])], lights, (50, 40));
     let settings = Settings {
         samples_per_pixel: 4,
         max_samples_per_pixel: 24,
@@ -121,7 +120,7 @@ fn bad_scenes_settings_and_cameras_are_named() {
     s.lights.push(AreaLight { radiance_rgb: [f32::NAN; 3], ..light(Vec3::Z, 1.0, 1.0) });
     expect(s, "light 0");
     let mut s = good();
-    s.surfaces.push(Surface { mesh: plate(1.0, 0.0), albedo_rgb: [2.0, 0.0, 0.0] });
+    s.surfaces.push(Surface::plain(plate(1.0, 0.0), [2.0, 0.0, 0.0]));
     expect(s, "surface 0");
     let mut s = good();
     s.strands = StrandSet::new();
@@ -174,8 +173,7 @@ fn progress_reaches_its_total_and_cancelling_stops() {
 
 #[test]
 fn an_eye_inside_a_fibre_is_counted_and_sees_past_it() {
-    let mut s =
-        scene(tuft(50), vec![Surface { mesh: plate(30.0, -9.0), albedo_rgb: [0.5; 3] }], Vec::new(), (8, 8));
+    let mut s = scene(tuft(50), vec![Surface::plain(plate(30.0, -9.0), [0.5; 3])], Vec::new(), (8, 8));
     s.lights.push(light(Vec3::new(300.0, 300.0, 700.0), 80.0, 60.0));
     let eye = s.rig.cameras[0].centre_mm().as_vec3();
     let without = render(&s, &fixed(4), 1);
@@ -206,7 +204,7 @@ fn coincident_and_degenerate_fibres_carry_paths_without_nan() {
         half_v_mm: Vec3::Y * 2.0,
         radiance_rgb: [1e3, 1.0, 1e-3],
     };
-    let skin = Surface { mesh: plate(20.0, 0.0), albedo_rgb: [1.0; 3] };
+    let skin = Surface::plain(plate(20.0, 0.0), [1.0; 3]);
     let mut s =
         scene(set, vec![skin.clone(), skin], vec![inside, light(Vec3::Z * 400.0, 300.0, 1.0)], (12, 12));
     s.environment = Some(strandbench_scenes::Environment::constant([0.1; 3]));

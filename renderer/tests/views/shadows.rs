@@ -25,12 +25,12 @@ fn screen(half: f32, mm: f32) -> Surface {
         vertices: vec![at(-1.0, -1.0), at(1.0, -1.0), at(1.0, 1.0), at(-1.0, 1.0)],
         triangles: vec![[0, 1, 2], [0, 2, 3]],
     };
-    Surface { mesh, albedo_rgb: [0.8; 3] }
+    Surface::plain(mesh, [0.8; 3])
 }
 
 /// A plate of skin under one light, and what else there is.
 fn lit(lamp: AreaLight, strands: StrandSet, others: Vec<Surface>) -> Scene {
-    let skin = Surface { mesh: plate(8.0, 0.0), albedo_rgb: [0.5; 3] };
+    let skin = Surface::plain(plate(8.0, 0.0), [0.5; 3]);
     scene(strands, [vec![skin], others].concat(), vec![lamp], (12, 12))
 }
 

@@ -53,12 +53,7 @@ fn average(r: &Render) -> f64 {
 #[test]
 fn a_white_matte_ball_in_a_constant_environment_cannot_be_seen() {
     // Each point of a convex white body sends what it gets, whatever way the light is found.
-    let mut s = scene(
-        StrandSet::new(),
-        vec![Surface { mesh: ball(6.0, 40), albedo_rgb: [1.0; 3] }],
-        Vec::new(),
-        (24, 24),
-    );
+    let mut s = scene(StrandSet::new(), vec![Surface::plain(ball(6.0, 40), [1.0; 3])], Vec::new(), (24, 24));
     s.skin = SkinOptics { coat_reflectance: 0.0, ..SkinOptics::default() };
     s.environment = Some(Environment::constant([0.7, 0.5, 0.3]));
     s.background_rgb = [0.7, 0.5, 0.3];
@@ -90,7 +85,7 @@ fn skin_between_two_walls_gathers_the_series_of_its_reflections() {
         radiance_rgb: [3.0; 3],
     };
     for albedo in [0.8f64, 0.1] {
-        let wall = Surface { mesh: mesh.clone(), albedo_rgb: [albedo as f32; 3] };
+        let wall = Surface::plain(mesh.clone(), [albedo as f32; 3]);
         let mut s = scene(StrandSet::new(), vec![wall], vec![lamp(1.0), lamp(-1.0)], (6, 6));
         s.skin = SkinOptics { coat_reflectance: 0.0, ..SkinOptics::default() };
         // Dim light gets its shadow rays too.
@@ -133,12 +128,7 @@ fn rays_that_leave_a_fibre_do_not_meet_it_again() {
 
 /// A tuft before a plate of skin.
 fn hairy(lights: Vec<AreaLight>) -> Scene {
-    let mut s = scene(
-        tuft(300),
-        vec![Surface { mesh: plate(20.0, -9.0), albedo_rgb: [0.5, 0.4, 0.3] }],
-        lights,
-        (24, 24),
-    );
+    let mut s = scene(tuft(300), vec![Surface::plain(plate(20.0, -9.0), [0.5, 0.4, 0.3])], lights, (24, 24));
     s.pigments.iter_mut().for_each(|p| p.eumelanin = 0.1);
     s
 }
@@ -229,12 +219,7 @@ fn a_clamp_darkens_and_only_what_is_followed() {
 fn bounce_rays_see_lights_and_cameras_do_not() {
     // A mirror-like coat on black skin shows a large light to the camera: the light itself is behind the camera.
     let lamp = light(Vec3::new(0.0, 0.0, 1200.0), 600.0, 1.0);
-    let mut s = scene(
-        StrandSet::new(),
-        vec![Surface { mesh: plate(30.0, 0.0), albedo_rgb: [0.0; 3] }],
-        vec![lamp],
-        (8, 8),
-    );
+    let mut s = scene(StrandSet::new(), vec![Surface::plain(plate(30.0, 0.0), [0.0; 3])], vec![lamp], (8, 8));
     s.skin = SkinOptics { coat_reflectance: 0.2, coat_roughness: 0.05 };
     let coat = Skin::new(&s.skin).unwrap();
     let (n, p) = (600, Vec3::new(0.25, -0.25, 0.0));
@@ -263,7 +248,7 @@ fn bounce_rays_see_lights_and_cameras_do_not() {
     let facing_camera = AreaLight { half_u_mm: Vec3::X * 50.0, ..small };
     let dark = scene(
         StrandSet::new(),
-        vec![Surface { mesh: plate(30.0, 0.0), albedo_rgb: [0.5; 3] }],
+        vec![Surface::plain(plate(30.0, 0.0), [0.5; 3])],
         vec![facing_camera],
         (4, 4),
     );

@@ -18,12 +18,7 @@ fn rays(n: usize) -> Vec<(Vec3, Vec3)> {
 }
 
 fn subject() -> Scene {
-    scene(
-        tuft(300),
-        vec![Surface { mesh: plate(20.0, -9.0), albedo_rgb: [0.5, 0.4, 0.3] }],
-        Vec::new(),
-        (8, 8),
-    )
+    scene(tuft(300), vec![Surface::plain(plate(20.0, -9.0), [0.5, 0.4, 0.3])], Vec::new(), (8, 8))
 }
 
 fn lamps() -> [PointLight; 3] {

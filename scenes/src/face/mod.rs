@@ -18,6 +18,7 @@ mod pose;
 mod spec;
 #[cfg(test)]
 mod tests;
+mod texture;
 
 pub use asset::Part;
 pub use error::FaceError;
@@ -28,3 +29,4 @@ pub use model::FaceModel;
 pub use performance::{Act, FRAME_RATE_HZ, Performance};
 pub use pose::{FacePose, PosedFace};
 pub use spec::FaceSpec;
+pub use texture::{SkinDetail, SkinLook, SkinTexture, Tissue};

@@ -129,6 +129,7 @@ impl Model {
             environment: s.environment.clone(),
             lens: s.lens,
             motion: s.motion,
+            polarised: s.polarised.clone(),
             sensor: s.sensor.clone(),
             background_rgb: s.background_rgb,
             head_breadth_mm: s.head_breadth_mm,

@@ -220,7 +220,7 @@ fn bounce_rays_see_lights_and_cameras_do_not() {
     // A mirror-like coat on black skin shows a large light to the camera: the light itself is behind the camera.
     let lamp = light(Vec3::new(0.0, 0.0, 1200.0), 600.0, 1.0);
     let mut s = scene(StrandSet::new(), vec![Surface::plain(plate(30.0, 0.0), [0.0; 3])], vec![lamp], (8, 8));
-    s.skin = SkinOptics { coat_reflectance: 0.2, coat_roughness: 0.05 };
+    s.skin = SkinOptics { coat_reflectance: 0.2, coat_roughness: 0.05, scatter_mm: 0.0 };
     let coat = Skin::new(&s.skin).unwrap();
     let (n, p) = (600, Vec3::new(0.25, -0.25, 0.0));
     let eye = (EYE.as_vec3() - p).normalize();

@@ -1,7 +1,7 @@
 //! What the inputs must satisfy before any of them is indexed.
 
 use crate::GroundTruthError;
-use strandbench_types::{Rig, SampleHits, StrandSet, TriMesh};
+use strandbench_types::{Camera, Rig, SampleHits, StrandSet, TriMesh};
 
 /// Cameras that fit the bits of one visibility word.
 pub const MAX_CAMERAS: usize = 32;
@@ -10,14 +10,12 @@ pub const MAX_CAMERAS: usize = 32;
 /// full head of 150,000 strands of 300 mm.
 pub const MAX_STRAND_SAMPLES: u64 = 1 << 28;
 
-/// Checks everything that does not need a look at each hit.
-pub(crate) fn inputs(
-    rig: &Rig,
-    strands: &StrandSet,
-    head: Option<&TriMesh>,
-    hits: &[SampleHits],
-) -> Result<(), GroundTruthError> {
-    let fault = |text: String| Err(GroundTruthError::Inconsistent(text));
+fn fault(text: String) -> Result<(), GroundTruthError> {
+    Err(GroundTruthError::Inconsistent(text))
+}
+
+/// Checks rig and geometry.
+pub(crate) fn scene(rig: &Rig, strands: &StrandSet, head: Option<&TriMesh>) -> Result<(), GroundTruthError> {
     rig.validate().map_err(GroundTruthError::Inconsistent)?;
     strands.validate()?;
     if strands.is_empty() {
@@ -32,6 +30,11 @@ pub(crate) fn inputs(
             rig.cameras.len()
         ));
     }
+    Ok(())
+}
+
+/// Checks that there is a buffer for each camera.
+pub(crate) fn buffers(rig: &Rig, hits: &[SampleHits]) -> Result<(), GroundTruthError> {
     if hits.len() != rig.cameras.len() {
         return fault(format!(
             "the rig has {} cameras but there are {} identity buffers; give one for each camera",
@@ -39,12 +42,15 @@ pub(crate) fn inputs(
             hits.len()
         ));
     }
-    for (camera, buffer) in rig.cameras.iter().zip(hits) {
-        if let Err(e) = shape(buffer, camera.width as usize, camera.height as usize) {
-            return fault(format!("identity buffer of camera {}: {e}", camera.name));
-        }
+    rig.cameras.iter().zip(hits).try_for_each(|(c, h)| buffer(c, h))
+}
+
+/// Checks a camera's buffer, but for the hits themselves.
+pub(crate) fn buffer(camera: &Camera, hits: &SampleHits) -> Result<(), GroundTruthError> {
+    match shape(hits, camera.width as usize, camera.height as usize) {
+        Err(e) => fault(format!("identity buffer of camera {}: {e}", camera.name)),
+        Ok(()) => Ok(()),
     }
-    Ok(())
 }
 
 fn shape(b: &SampleHits, width: usize, height: usize) -> Result<(), String> {

@@ -1,16 +1,20 @@
 //! Ground truth from geometry, never from pixels: depth, orientation, masks and visibility of every fibre.
 //!
 //! The only input besides the geometry is each camera's identity buffer: which fibre each sub-pixel ray met
-//! first. Everything here is a reduction of those hits, so it can be checked by hand on a few rays.
+//! first. Everything here is a reduction of those hits, so it can be checked by hand on a few rays. [`truth`] takes the
+//! buffers of all cameras at once, [`Sightings`] one after the other. [`face`] has what faces with hair need besides:
+//! flow, the skin under hair, follicles, a field of distances.
 
 mod check;
+pub mod face;
 mod tensor;
 mod view;
 mod visibility;
 
-use strandbench_types::{Rig, SampleHits, StrandError, StrandSet, TriMesh, Truth};
+use strandbench_types::{Cancelled, Rig, SampleHits, StrandError, StrandSet, TriMesh, Truth};
 
 pub use check::{MAX_CAMERAS, MAX_STRAND_SAMPLES};
+pub use visibility::Sightings;
 
 /// Why no truth could be made.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -21,6 +25,9 @@ pub enum GroundTruthError {
     /// A strand is not usable.
     #[error("the scene's strands cannot be used: {0}")]
     Strands(#[from] StrandError),
+    /// Stopped from outside.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
     /// A hit contradicts the geometry that it claims to lie on.
     #[error(
         "camera {camera}, pixel ({x}, {y}): a hit on strand {strand}, segment {segment} {fault}; render the \
@@ -65,20 +72,15 @@ pub fn truth(
     head: Option<&TriMesh>,
     hits: &[SampleHits],
 ) -> Result<Truth, GroundTruthError> {
-    check::inputs(rig, strands, head, hits)?;
-    let arcs = visibility::Arcs::new(strands)?;
-    let mut seen_by = vec![0u32; arcs.samples()];
-    let mut views = Vec::with_capacity(hits.len());
-    for (camera, buffer) in hits.iter().enumerate() {
-        let (view, touched) = view::reduce(rig, camera, strands, &arcs, buffer)?;
-        visibility::mark(touched, 1 << camera, &mut seen_by);
-        views.push(view);
-    }
+    check::scene(rig, strands, head)?;
+    check::buffers(rig, hits)?;
+    let mut sightings = Sightings::new(rig, strands)?;
+    let views = hits.iter().enumerate().map(|(c, h)| sightings.add(c, h)).collect::<Result<_, _>>()?;
     Ok(Truth {
         rig: rig.clone(),
         views,
         strands: strands.clone(),
-        visibility: arcs.into_visibility(seen_by),
+        visibility: sightings.finish(),
         head: head.cloned(),
     })
 }

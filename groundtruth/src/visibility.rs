@@ -1,8 +1,8 @@
 //! Arc length along the strands, and which of their samples a camera sees.
 
-use crate::{GroundTruthError, MAX_STRAND_SAMPLES};
+use crate::{GroundTruthError, MAX_STRAND_SAMPLES, check, view};
 use rayon::prelude::*;
-use strandbench_types::{StrandSet, VISIBILITY_STEP_MM, Visibility};
+use strandbench_types::{Rig, SampleHits, StrandSet, VISIBILITY_STEP_MM, ViewTruth, Visibility};
 
 /// Coverage in pixels from which on a sample counts as seen (METRICS ground rule 5).
 const SEEN_PX: f64 = 0.05;
@@ -60,6 +60,56 @@ impl Arcs {
 
     pub fn into_visibility(self, seen_by: Vec<u32>) -> Visibility {
         Visibility { offsets: self.offsets, seen_by }
+    }
+}
+
+/// Truth of views one after the other, so that no camera's identity buffer need be held beside another's.
+pub struct Sightings<'a> {
+    rig: &'a Rig,
+    strands: &'a StrandSet,
+    arcs: Arcs,
+    seen_by: Vec<u32>,
+    /// A bit for each camera that was looked through.
+    done: u32,
+}
+
+impl<'a> Sightings<'a> {
+    /// Before any camera has seen anything.
+    ///
+    /// # Errors
+    /// If the rig or the strands are not usable, or there is more hair than memory is reserved for.
+    pub fn new(rig: &'a Rig, strands: &'a StrandSet) -> Result<Sightings<'a>, GroundTruthError> {
+        check::scene(rig, strands, None)?;
+        let arcs = Arcs::new(strands)?;
+        let seen_by = vec![0; arcs.samples()];
+        Ok(Sightings { rig, strands, arcs, seen_by, done: 0 })
+    }
+
+    /// The truth of a camera's view, whose identity buffer is no longer needed afterwards. Cameras may come in any
+    /// order.
+    ///
+    /// # Errors
+    /// If there is no such camera, it was there before, or its buffer contradicts rig or strands; nothing has changed
+    /// then.
+    pub fn add(&mut self, camera: usize, hits: &SampleHits) -> Result<ViewTruth, GroundTruthError> {
+        let cameras = self.rig.cameras.len();
+        let bad = |text: String| Err(GroundTruthError::Inconsistent(text));
+        let Some(c) = self.rig.cameras.get(camera) else {
+            return bad(format!("the rig has {cameras} cameras; there is none with index {camera}"));
+        };
+        if self.done >> camera & 1 == 1 {
+            return bad(format!("camera {} comes twice; give each camera's hits once", c.name));
+        }
+        check::buffer(c, hits)?;
+        let (view, touched) = view::reduce(self.rig, camera, self.strands, &self.arcs, hits)?;
+        mark(touched, 1 << camera, &mut self.seen_by);
+        self.done |= 1 << camera;
+        Ok(view)
+    }
+
+    /// What the cameras that were added see.
+    pub fn finish(self) -> Visibility {
+        self.arcs.into_visibility(self.seen_by)
     }
 }
 

@@ -5,7 +5,6 @@
 //! know nothing of the images, and the ceiling `C`, the truth where a second camera could have confirmed it.
 
 mod angles;
-mod bvh;
 mod check;
 mod depth;
 mod hull;
@@ -69,7 +68,7 @@ pub fn score(
 
     let (curves, strand_of) = visible::curves(truth)?;
     let dropped_segments = visible::short_segments(&truth.strands);
-    let index = bvh::SegmentIndex::new(curves);
+    let index = strandbench_types::nearest::SegmentIndex::new(curves);
     monitor.check()?;
     monitor.advance(1);
 

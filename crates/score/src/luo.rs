@@ -1,11 +1,11 @@
 //! A2: Luo et al.'s own figure (their Fig. 13), distance from the envelope to the visible hair.
 
-use crate::bvh::SegmentIndex;
 use crate::depth::pixel_centre;
 use crate::rows::{Asked, Rows};
 use crate::stats::{percentile, share_within, sorted};
 use crate::subject::{Subject, Surface};
 use glam::{DVec2, DVec3};
+use strandbench_types::nearest::SegmentIndex;
 use strandbench_types::{TriMesh, Truth};
 
 /// Points taken of each envelope, equal in area.

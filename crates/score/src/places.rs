@@ -1,10 +1,10 @@
 //! Which strand and which clump of strands a wanted pixel shows: what pixels share their errors by.
 
-use crate::bvh::SegmentIndex;
 use crate::depth::{depth_50, pixel_centre};
 use crate::regions::Regions;
 use rayon::prelude::*;
 use strandbench_types::Truth;
+use strandbench_types::nearest::SegmentIndex;
 
 /// Edge of the cells of roots, mm: a hand's lock of hair. Nothing but resampling depends on it.
 const CLUMP_MM: f64 = 20.0;

@@ -6,17 +6,25 @@
 
 mod camera;
 mod estimate;
+mod face_truth;
+mod first_hit;
 mod frame;
 mod hull;
 mod image;
 mod mesh;
 mod monitor;
+pub mod nearest;
 mod raster;
 mod strands;
 mod truth;
 
 pub use camera::{Camera, Rig};
 pub use estimate::{DepthMap, Estimate, OrientationField};
+pub use face_truth::{
+    DENSITY_BOUNDS_PER_CM2, FaceTruth, FaceView, FlowMap, FlowState, HairField, HairRoot, LABEL_HAIR,
+    LABEL_NOTHING, LABEL_OTHER, LABEL_SKIN, LENGTH_BOUNDS_MM, SkinCover,
+};
+pub use first_hit::{Element, FirstHit, HitPlane, Moment, Sight};
 pub use frame::Frame;
 pub use hull::{HullRays, HullSpan, Silhouette, in_hull};
 pub use image::Plane;

@@ -6,11 +6,11 @@ use super::flicker::Flicker;
 use super::points::{Spot, Tracks};
 use super::rows;
 use super::sheet::{FrameFigures, SequenceSheet};
+use crate::ScoreError;
 use crate::check::{self, fault};
 use crate::stats::{percentile, sorted};
 use crate::strands::curves::{Curves, check_lengths, cos_squared};
 use crate::strands::samples::{Sample, Samples, TrueStrands};
-use crate::{ScoreError, bvh};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use strandbench_types::{Estimate, Monitor, StrandSet, Truth};
@@ -310,7 +310,7 @@ fn near_strand(strands: &StrandSet, strand: u32, s: &Sample) -> bool {
     strands.strand(strand as usize).windows(2).any(|w| {
         let piece = [w[0].as_dvec3(), w[1].as_dvec3()];
         let u = (piece[1] - piece[0]).normalize_or_zero();
-        bvh::point_to_segment_squared(s.position, &piece) <= mm * mm
+        strandbench_types::nearest::point_to_segment_squared(s.position, &piece) <= mm * mm
             && u.dot(s.tangent).powi(2) >= cos_squared(deg)
     })
 }

@@ -4,7 +4,6 @@ use super::curves::{Curves, GRID_DEG, GRID_MM, Hit, NOTHING, Stairs};
 use super::judge::{Candidate, Judged, MOST_TRUE, Reference};
 use super::samples::{Sample, Set};
 use super::sheet::StrandGrid;
-use super::tree::ask_in_order;
 use crate::angles::between_axes_deg;
 use crate::depth::cell_weights;
 use crate::rows::{Asked, Rows};
@@ -12,6 +11,7 @@ use crate::stats::Weighted;
 use glam::DVec3;
 use rayon::prelude::*;
 use strandbench_types::StrandSet;
+use strandbench_types::nearest::ask_in_order;
 
 /// Tolerances of the headline figures: name, mm, degrees (all on the grid).
 pub(crate) const PAIRS: [(&str, f64, f64); 4] =

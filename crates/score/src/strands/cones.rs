@@ -1,7 +1,7 @@
 //! Which lines a part of a tree of segments can hold: the smallest angle that any of them may have with a given line.
 
-use super::tree::Tree;
 use glam::Vec3;
+use strandbench_types::nearest::Tree;
 
 /// Lines within an angle of an axis; the axis has no sign.
 #[derive(Clone, Copy, Debug)]

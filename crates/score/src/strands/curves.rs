@@ -1,9 +1,9 @@
 //! Strands as curves, ready for nearest and range queries.
 
 use super::cones::{Cone, cones};
-use super::tree::{Limit, Tree};
 use crate::ScoreError;
-use crate::bvh::outward;
+use strandbench_types::nearest::{Limit, Tree, outward};
+
 use crate::check::fault;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;

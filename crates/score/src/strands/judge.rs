@@ -3,9 +3,9 @@
 use super::curves::{Curves, GRID_MM, Hit, NOTHING, Stairs, cos_squared};
 use super::free::FreeSpace;
 use super::samples::{Sample, Samples, Set, TrueStrands};
-use super::tree::ask_in_order;
 use crate::ScoreError;
 use rayon::prelude::*;
+use strandbench_types::nearest::ask_in_order;
 use strandbench_types::{StrandSet, Truth, Visibility};
 
 /// The truth, ready to be compared with.

@@ -13,7 +13,6 @@ mod nulls;
 pub(crate) mod samples;
 mod shape;
 mod sheet;
-pub(crate) mod tree;
 
 pub use at_points::strand_point_errors_mm;
 pub use metrics::strand_metrics;

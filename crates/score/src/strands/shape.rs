@@ -3,12 +3,12 @@
 use super::alignment::in_reference;
 use super::judge::{Candidate, Reference};
 use super::samples::{Samples, Set, TrueStrands, Walk};
-use super::tree::Tree;
 use crate::rows::{Asked, Rows};
 use crate::stats::{percentile, share_within, sorted};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
+use strandbench_types::nearest::Tree;
 use strandbench_types::{StrandSet, TriMesh};
 
 /// Half of the stretch over which curvature is taken, mm.
@@ -139,7 +139,7 @@ fn to_triangle_squared(p: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
     if nn > 0.0 && inside(a, b) && inside(b, c) && inside(c, a) {
         return (p - a).dot(n).powi(2) / nn;
     }
-    let edge = |a: DVec3, b: DVec3| crate::bvh::point_to_segment_squared(p, &[a, b]);
+    let edge = |a: DVec3, b: DVec3| strandbench_types::nearest::point_to_segment_squared(p, &[a, b]);
     edge(a, b).min(edge(b, c)).min(edge(c, a))
 }
 

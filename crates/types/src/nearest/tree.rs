@@ -40,6 +40,7 @@ struct Query {
 }
 
 impl Query {
+    #[inline]
     fn new(p: DVec3) -> Query {
         let rounded = p.as_vec3a();
         Query { p: rounded, slack: f32::EPSILON * rounded.abs() }
@@ -61,6 +62,7 @@ impl Bounds {
 
     /// A bound of the squared distance from below, short of it by rounding alone (and beyond [`FAR_MM`]): in single
     /// precision a box takes half the time.
+    #[inline]
     fn distance_squared(&self, q: Query) -> f32 {
         let outside = (self.lo - q.p).max(q.p - self.hi) - q.slack;
         outside.clamp(Vec3A::ZERO, FAR_MM).length_squared() * SHORT
@@ -69,7 +71,7 @@ impl Bounds {
 
 /// The boxes of members in the tree's own order, a node with its box apart: a walk looks into many more boxes than nodes.
 #[derive(Debug, Default)]
-pub(crate) struct Tree {
+pub struct Tree {
     nodes: Vec<Node>,
     bounds: Vec<Bounds>,
 }
@@ -204,11 +206,13 @@ impl Tree {
 }
 
 /// What decides whether a box, at a squared distance or farther, can still hold something of interest.
-pub(crate) trait Limit {
+pub trait Limit {
+    /// Whether the box of `node` (its index, as [`Tree::fold`] counts) has to be looked into.
     fn matters(&self, node: u32, distance_squared: f32) -> bool;
 }
 
 impl Limit for f64 {
+    #[inline]
     fn matters(&self, _: u32, distance_squared: f32) -> bool {
         f64::from(distance_squared) <= *self
     }
@@ -216,7 +220,7 @@ impl Limit for f64 {
 
 /// Answers `ask` for each item, in the items' order; asked in Morton order of their positions, so that
 /// neighbours find the same part of a tree in the cache.
-pub(crate) fn ask_in_order<T: Sync, R: Copy + Send + Sync>(
+pub fn ask_in_order<T: Sync, R: Copy + Send + Sync>(
     items: &[T],
     position: impl Fn(&T) -> DVec3 + Sync,
     ask: impl Fn(&T) -> R + Sync,

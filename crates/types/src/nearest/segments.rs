@@ -1,23 +1,27 @@
 //! Distance to the nearest of many segments.
 
-use crate::strands::tree::Tree;
-use crate::visible::Piece;
+use super::Tree;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
+/// A line segment by its ends, mm.
+pub type Segment = [DVec3; 2];
+
 /// Segments, ready for nearest queries.
-pub(crate) struct SegmentIndex {
+pub struct SegmentIndex {
     tree: Tree,
     /// In the tree's order.
-    segments: Vec<Piece>,
+    segments: Vec<Segment>,
     /// Index of each segment in the list that the tree was built from.
     original: Vec<u32>,
 }
 
 impl SegmentIndex {
+    /// Builds the tree.
+    ///
     /// # Panics
     /// If there are no segments.
-    pub fn new(segments: Vec<Piece>) -> SegmentIndex {
+    pub fn new(segments: Vec<Segment>) -> SegmentIndex {
         assert!(!segments.is_empty(), "no segments");
         let (tree, original) = Tree::new(segments.len(), |i| {
             let [a, b] = segments[i];
@@ -29,26 +33,33 @@ impl SegmentIndex {
 
     /// Distance (mm) from `p` to the nearest point of any segment.
     pub fn distance(&self, p: DVec3) -> f64 {
-        self.search(p).0.sqrt()
+        self.search(p, f64::INFINITY).expect("nothing is out of reach").0.sqrt()
     }
 
     /// The segment nearest to `p`, by its index in the list given to [`SegmentIndex::new`]; of equally near ones the same
     /// every time.
     pub fn nearest(&self, p: DVec3) -> u32 {
-        self.original[self.search(p).1]
+        self.original[self.search(p, f64::INFINITY).expect("nothing is out of reach").1]
     }
 
-    /// Squared distance to the nearest segment, and which it is.
-    fn search(&self, p: DVec3) -> (f64, usize) {
-        let (mut best, mut found) = (f64::INFINITY, 0);
-        self.tree.walk(p, f64::INFINITY, |rank| {
+    /// Distance (mm) to the nearest segment and its index, as [`SegmentIndex::nearest`] gives it, if there is one
+    /// nearer than `within_mm`; the narrower the search, the faster.
+    pub fn nearest_within(&self, p: DVec3, within_mm: f64) -> Option<(f64, u32)> {
+        let (squared, rank) = self.search(p, within_mm * within_mm)?;
+        Some((squared.sqrt(), self.original[rank]))
+    }
+
+    /// Squared distance to the nearest segment that is nearer than that of `within`, and its rank.
+    fn search(&self, p: DVec3, within: f64) -> Option<(f64, usize)> {
+        let (mut best, mut found) = (within, None);
+        self.tree.walk(p, within, |rank| {
             let d = point_to_segment_squared(p, &self.segments[rank]);
             if d < best {
-                (best, found) = (d, rank);
+                (best, found) = (d, Some(rank));
             }
             best
         });
-        (best, found)
+        found.map(|rank| (best, rank))
     }
 
     /// Distances from many points, in their order.
@@ -58,7 +69,7 @@ impl SegmentIndex {
 }
 
 /// Squared distance from a point to a segment.
-pub(crate) fn point_to_segment_squared(p: DVec3, [a, b]: &Piece) -> f64 {
+pub fn point_to_segment_squared(p: DVec3, [a, b]: &Segment) -> f64 {
     let u = b - a;
     let uu = u.length_squared();
     let t = if uu > 0.0 { ((p - a).dot(u) / uu).clamp(0.0, 1.0) } else { 0.0 };
@@ -66,7 +77,7 @@ pub(crate) fn point_to_segment_squared(p: DVec3, [a, b]: &Piece) -> f64 {
 }
 
 /// Corners of a box in single precision that holds the given one.
-pub(crate) fn outward(lo: DVec3, hi: DVec3) -> [Vec3; 2] {
+pub fn outward(lo: DVec3, hi: DVec3) -> [Vec3; 2] {
     [lo.as_vec3().map(f32::next_down), hi.as_vec3().map(f32::next_up)]
 }
 
@@ -76,7 +87,7 @@ mod tests {
     use proptest::prelude::*;
     use strandbench_rng::Rng;
 
-    fn random(seed: u64, n: usize, spread: f32) -> Vec<Piece> {
+    fn random(seed: u64, n: usize, spread: f32) -> Vec<Segment> {
         (0..n as u64)
             .map(|i| {
                 let mut r = Rng::keyed(&[seed, i]);

@@ -1,0 +1,7 @@
+//! What is nearest: a tree of boxes over anything that has one, and over line segments.
+
+mod segments;
+mod tree;
+
+pub use segments::{Segment, SegmentIndex, outward, point_to_segment_squared};
+pub use tree::{Limit, Tree, ask_in_order};

@@ -1,0 +1,237 @@
+//! What hides what, against brute force over all primitives.
+
+use super::*;
+use strandbench_types::{Element, Sight, SkinCover};
+
+/// Least distance between two segments: candidates are the ends' feet and where the lines are nearest (Ericson, Real-Time
+/// Collision Detection, 5.1.9, gives the conditions; here all candidates are tried).
+fn gap([a, b]: [DVec3; 2], [c, d]: [DVec3; 2]) -> f64 {
+    let foot = |p: DVec3, [a, b]: [DVec3; 2]| {
+        let u = b - a;
+        a + u * ((p - a).dot(u) / u.length_squared()).clamp(0.0, 1.0)
+    };
+    let ends = [
+        a.distance(foot(a, [c, d])),
+        b.distance(foot(b, [c, d])),
+        c.distance(foot(c, [a, b])),
+        d.distance(foot(d, [a, b])),
+    ];
+    let (u, v, w) = (b - a, d - c, a - c);
+    let n = u.cross(v);
+    let nn = n.length_squared();
+    let s = -w.cross(v).dot(n) / nn;
+    let t = -w.cross(u).dot(n) / nn;
+    let inner = (0.0..=1.0).contains(&s) && (0.0..=1.0).contains(&t);
+    let least = ends.into_iter().fold(f64::MAX, f64::min);
+    if inner { least.min((a + u * s).distance(c + v * t)) } else { least }
+}
+
+/// Whether a segment crosses a triangle, and by what share of it the crossing is inside.
+fn crossing([a, b]: [DVec3; 2], [p, q, r]: [DVec3; 3]) -> Option<f64> {
+    let d = b - a;
+    let side = |x: DVec3, y: DVec3| d.dot((x - a).cross(y - a));
+    let s = [side(q, r), side(r, p), side(p, q)];
+    let sum: f64 = s.iter().sum();
+    let w = s.map(|v| v / sum);
+    let at = p * w[0] + q * w[1] + r * w[2];
+    let t = (at - a).dot(d) / d.length_squared();
+    (t > 0.0 && t < 1.0).then(|| w.into_iter().fold(f64::MAX, f64::min))
+}
+
+/// Hairs and shingles in a box of 20 mm.
+fn thicket() -> (StrandSet, TriMesh) {
+    let mut r = Rng::keyed(&[31]);
+    let mut v = |s: f32| Vec3::new(r.range(-s, s), r.range(-s, s), r.range(-s, s));
+    let mut strands = StrandSet::new();
+    for _ in 0..60 {
+        let (a, step) = (v(10.0), v(1.5));
+        strands.push(&(0..6).map(|k| a + step * k as f32 + v(0.3)).collect::<Vec<_>>(), 0.25);
+    }
+    let mut mesh = TriMesh::default();
+    for _ in 0..25 {
+        let n = mesh.vertices.len() as u32;
+        let a = v(10.0);
+        mesh.vertices.extend([a, a + v(4.0), a + v(4.0)]);
+        mesh.triangles.push([n, n + 1, n + 2]);
+    }
+    (strands, mesh)
+}
+
+#[test]
+fn hidden_is_what_brute_force_finds_hidden() {
+    let (strands, mesh) = thicket();
+    let probe = Probe::new(&strands, &[&mesh]).unwrap();
+    let camera =
+        Camera::look_at("c", (200, 200), 3000.0, DVec3::new(90.0, 40.0, 500.0), DVec3::ZERO, DVec3::NEG_Y);
+    let eye = camera.centre_mm();
+    let mut r = Rng::keyed(&[32]);
+    let (mut seen, mut hidden, mut unclear) = (0, 0, 0);
+    for trial in 0..6000 {
+        let (place, element) = match trial % 3 {
+            0 => {
+                let (strand, segment) = ((r.f64() * 60.0) as u32, (r.f64() * 5.0) as u32);
+                let k = strands.range(strand as usize).start + segment as usize;
+                let [a, b] = [k, k + 1].map(|k| strands.points[k].as_dvec3());
+                // On the side of the camera.
+                let axis = a.lerp(b, r.f64());
+                let out = (eye - axis).reject_from((b - a).normalize()).normalize();
+                (axis + out * 0.25, Element::Segment { strand, segment })
+            }
+            1 => {
+                let triangle = (r.f64() * 25.0) as u32;
+                let [a, b, c] =
+                    mesh.triangles[triangle as usize].map(|i| mesh.vertices[i as usize].as_dvec3());
+                let (u, v) = (0.1 + 0.4 * r.f64(), 0.1 + 0.4 * r.f64());
+                (a + (b - a) * u + (c - a) * v, Element::Triangle { surface: 0, triangle })
+            }
+            _ => {
+                let vertex = (r.f64() * 75.0) as u32;
+                (mesh.vertices[vertex as usize].as_dvec3(), Element::Vertex { surface: 0, vertex })
+            }
+        };
+        let unit = (place - eye).normalize();
+        let ray = [eye, place - unit * strandbench_renderer::NEAR_MM];
+        // By how much something reaches over the ray, or stays clear of it if negative.
+        let mut reach = f64::MIN;
+        for s in 0..60u32 {
+            for k in 0..5u32 {
+                let own = matches!(element, Element::Segment { strand, segment }
+                    if strand == s && segment.abs_diff(k) <= 1);
+                if own {
+                    continue;
+                }
+                let at = strands.range(s as usize).start + k as usize;
+                let axis = [at, at + 1].map(|i| strands.points[i].as_dvec3());
+                // Of the own strand what lies within three radii does not hide.
+                let ray = match element {
+                    Element::Segment { strand, .. } if strand == s => [eye, place - unit * 0.75],
+                    _ => ray,
+                };
+                reach = reach.max(0.25 - gap(ray, axis));
+            }
+        }
+        for (t, corners) in mesh.triangles.iter().enumerate() {
+            let own = match element {
+                Element::Triangle { triangle, .. } => triangle as usize == t,
+                Element::Vertex { vertex, .. } => corners.contains(&vertex),
+                Element::Segment { .. } => false,
+            };
+            if !own && let Some(inside) = crossing(ray, corners.map(|i| mesh.vertices[i as usize].as_dvec3()))
+            {
+                reach = reach.max(inside);
+            }
+        }
+        let sees = probe.sees(&camera, place, element);
+        // Rays in single precision are off by up to 5e-5 mm.
+        match reach {
+            _ if reach.abs() < 2e-4 => unclear += 1,
+            _ if reach > 0.0 => {
+                hidden += 1;
+                assert!(!sees, "trial {trial}: {element:?} is hidden by {reach} mm");
+            }
+            _ => {
+                seen += 1;
+                assert!(sees, "trial {trial}: {element:?} is clear by {reach} mm");
+            }
+        }
+    }
+    println!("{seen} seen, {hidden} hidden, {unclear} unclear");
+    assert!(seen > 1000 && hidden > 1000 && unclear < 60, "{seen} {hidden} {unclear}");
+}
+
+#[test]
+fn what_a_pixel_shows_is_seen_and_what_it_hides_is_not() {
+    let c = &cameras()[0];
+    let (seen, bare) = planes(&PAIR.now, c);
+    let probe = Probe::new(&PAIR.now.strands, &PAIR.now.refs()).unwrap();
+    let w = c.width as usize;
+    let (mut lost, mut shown, mut covered) = (0, 0, 0);
+    for i in 0..w * w {
+        let pixel = glam::DVec2::new((i % w) as f64 + 0.5, (i / w) as f64 + 0.5);
+        let at = |plane: &HitPlane| {
+            let z = f64::from(plane.depth.get_index(i)?);
+            Some((c.unproject(pixel, z), plane.hits.data[i].element()?, z))
+        };
+        let Some((place, element, z)) = at(&seen) else { continue };
+        shown += 1;
+        lost += usize::from(!probe.sees(c, place, element));
+        if let Some((skin, element, under)) = at(&bare).filter(|b| b.2 > z + 0.2) {
+            covered += 1;
+            assert!(!probe.sees(c, skin, element), "skin {} mm behind hair is seen", under - z);
+        }
+    }
+    // The ray to the place is the pixel's own ray up to rounding, which decides at edges alone.
+    assert!(shown > 100_000 && covered > 5_000 && 2000 * lost < shown, "{lost} of {shown}, {covered}");
+}
+
+#[test]
+fn vertices_under_hair_are_told_from_bare_ones() {
+    let skin = &PAIR.now.meshes[0];
+    let none = StrandSet::new();
+    let refs = PAIR.now.refs();
+    let (all, bare) = (Probe::new(&PAIR.now.strands, &refs).unwrap(), Probe::new(&none, &refs).unwrap());
+    let mut sightings = SkinSightings::new(skin.vertices.len());
+    for camera in cameras().iter().enumerate() {
+        sightings.add(camera, (0, skin), &all, &bare).unwrap();
+    }
+    let index = HairIndex::new(&PAIR.now.strands, |_| true).unwrap();
+    let cover = skin_cover(skin, Some(&index), &sightings).unwrap();
+    let count = |c: SkinCover| cover.iter().filter(|&&x| x == c).count();
+    let [under, margin, far] = [SkinCover::Under, SkinCover::Margin, SkinCover::Bare].map(count);
+    assert!(under > 2000 && margin > 500 && far > 20_000, "{under} {margin} {far}");
+    let front = &cameras()[0];
+    let segments: Vec<_> = (0..PAIR.now.strands.len())
+        .flat_map(|s| PAIR.now.strands.range(s).skip(1))
+        .map(|k| {
+            let (p, r) = (&PAIR.now.strands.points, &PAIR.now.strands.radii_mm);
+            ([p[k - 1].as_dvec3(), p[k].as_dvec3()], [r[k - 1], r[k]].map(f64::from))
+        })
+        .collect();
+    let (mut hidden, mut seen, mut unclear) = (0, 0, 0);
+    for (v, p) in skin.vertices.iter().enumerate().step_by(11) {
+        assert_eq!(sightings.seen_by[v] & !sightings.bare_seen_by[v], 0, "hair does not uncover");
+        let p = p.as_dvec3();
+        let brute = segments
+            .iter()
+            .map(|(s, _)| strandbench_types::nearest::point_to_segment_squared(p, s))
+            .fold(f64::MAX, f64::min)
+            .sqrt();
+        let blocked = sightings.seen_by[v] != sightings.bare_seen_by[v];
+        match cover[v] {
+            SkinCover::Under => assert!(brute <= UNDER_MM || blocked),
+            SkinCover::Margin => assert!(brute > UNDER_MM && brute < BARE_MM && !blocked),
+            SkinCover::Bare => assert!(brute >= BARE_MM && !blocked),
+        }
+        if !front.project(p).is_some_and(|(px, _)| front.contains(px)) {
+            assert_eq!(sightings.bare_seen_by[v] & 1, 0);
+            continue;
+        }
+        let eye = front.centre_mm();
+        let ray = [eye, p - (p - eye).normalize() * strandbench_renderer::NEAR_MM];
+        // Of a cone its thinner end hides for certain, its thicker end perhaps.
+        let (mut least, mut most) = (f64::MIN, f64::MIN);
+        for (s, r) in &segments {
+            let d = gap(ray, *s);
+            least = least.max(r[0].min(r[1]) - d);
+            most = most.max(r[0].max(r[1]) - d);
+        }
+        let mut inside = f64::MIN;
+        for mesh in &PAIR.now.meshes {
+            for t in &mesh.triangles {
+                if std::ptr::eq(mesh, skin) && t.contains(&(v as u32)) {
+                    continue;
+                }
+                let corners = t.map(|i| mesh.vertices[i as usize].as_dvec3());
+                inside = inside.max(crossing(ray, corners).unwrap_or(f64::MIN));
+            }
+        }
+        let bits = (sightings.seen_by[v] & 1 == 1, sightings.bare_seen_by[v] & 1 == 1);
+        if inside.abs() < 1e-3 || (most > -1e-3 && least < 1e-3) {
+            unclear += 1;
+            continue;
+        }
+        assert_eq!(bits, (most < 0.0 && inside < 0.0, inside < 0.0), "vertex {v}: {inside} {least} {most}");
+        if bits.0 { seen += 1 } else { hidden += 1 }
+    }
+    assert!(hidden > 100 && seen > 100 && unclear * 20 < hidden + seen, "{hidden} {seen} {unclear}");
+}

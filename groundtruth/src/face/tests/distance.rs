@@ -79,7 +79,7 @@ fn roots_tell_length_kind_and_how_dense_hair_is() {
         let around =
             (0..n).filter(|&k| roots[k].position_mm.distance(r.position_mm) <= DENSITY_RADIUS_MM).count();
         // A disk of 5 mm has 0.7854 cm².
-        assert!((r.density_per_cm2 - around as f32 / 0.785_398).abs() < 1e-3);
+        assert!((r.density_per_cm2 - around as f32 / std::f32::consts::FRAC_PI_4).abs() < 1e-3);
         assert_eq!(r.length_class(), [2.0, 5.0, 20.0].iter().filter(|&&b| r.length_mm >= b).count());
     }
     let classes: Vec<usize> =

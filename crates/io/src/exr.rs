@@ -25,12 +25,16 @@ const MAX_UNFOLDING: usize = 1100;
 /// If there is no channel, a name is empty, too long (255 bytes) or used twice, sizes differ, or the file
 /// cannot be written.
 pub fn write_exr(path: &Path, channels: &[(&str, &Plane<f32>)]) -> Result<()> {
+    write_exr_owned(path, channels.iter().map(|(name, plane)| (*name, (*plane).clone())).collect())
+}
+
+/// As [`write_exr`], without a copy of the planes.
+pub(crate) fn write_exr_owned(path: &Path, channels: Vec<(&str, Plane<f32>)>) -> Result<()> {
     let refuse = |fault: String| IoError::new(path, format!("not written: {fault}"));
     let size = channels.first().ok_or_else(|| refuse("an image needs a channel".into()))?.1.size();
     if size.0 == 0 || size.1 == 0 || size.0 > MAX_SIDE_PX || size.1 > MAX_SIDE_PX {
         return Err(refuse(format!("size {}x{} is outside 1..{MAX_SIDE_PX}", size.0, size.1)));
     }
-    let mut list = exr::prelude::SmallVec::new();
     for (i, (name, plane)) in channels.iter().enumerate() {
         if plane.size() != size {
             return Err(refuse(format!(
@@ -41,9 +45,12 @@ pub fn write_exr(path: &Path, channels: &[(&str, &Plane<f32>)]) -> Result<()> {
         if name.is_empty() || name.len() > 255 || channels[..i].iter().any(|c| c.0 == *name) {
             return Err(refuse(format!("channel name {name:?} is empty, too long or used twice")));
         }
+    }
+    let mut list = exr::prelude::SmallVec::new();
+    for (name, plane) in channels {
         let text =
             Text::new_or_none(name).ok_or_else(|| refuse(format!("channel name {name:?} is not Latin-1")))?;
-        list.push(AnyChannel::new(text, FlatSamples::F32(plane.data.clone())));
+        list.push(AnyChannel::new(text, FlatSamples::F32(plane.data)));
     }
     let encoding = Encoding {
         compression: Compression::ZIP16,

@@ -21,6 +21,8 @@ enum Kind {
     Float(usize),
     /// Texts of so many characters of four bytes.
     Text(usize),
+    /// Unsigned integers of 32 bits.
+    Index,
 }
 
 /// An array of format 1 to 3, as its bytes stand in the file.
@@ -57,6 +59,7 @@ impl<'a> Array<'a> {
         let kind = match (kind.get(..1), kind.get(1..).and_then(|n| n.parse::<usize>().ok())) {
             (Some("f"), Some(n @ (4 | 8))) => Kind::Float(n),
             (Some("U"), Some(n @ 1..=1024)) => Kind::Text(n),
+            (Some("u"), Some(4)) => Kind::Index,
             _ => return Err(fault(format!("values are {descr}, not floats of 32 or 64 bits"))),
         };
         if !matches!(order, "<" | ">") {
@@ -71,6 +74,7 @@ impl<'a> Array<'a> {
         let size = match kind {
             Kind::Float(n) => n,
             Kind::Text(n) => 4 * n,
+            Kind::Index => 4,
         };
         let due = shape.iter().try_fold(size, |a, &n| a.checked_mul(n));
         let body = &bytes[start + length..];
@@ -94,7 +98,7 @@ impl<'a> Array<'a> {
     /// The values, the last axis running fastest.
     pub fn floats(&self) -> Parsed<Vec<f32>> {
         let Kind::Float(size) = self.kind else {
-            return Err(fault("values are texts, not floats of 32 or 64 bits".into()));
+            return Err(fault("values are texts or integers, not floats of 32 or 64 bits".into()));
         };
         let number = |b: &[u8]| -> f32 {
             let mut a = [0u8; 8];
@@ -133,6 +137,18 @@ impl<'a> Array<'a> {
         Ok(out)
     }
 
+    /// Unsigned integers, the last axis running fastest in the file as well.
+    pub fn indices(&self) -> Parsed<Vec<u32>> {
+        if self.kind != Kind::Index || self.by_column {
+            return Err(fault("values are no unsigned integers of 32 bits in C order".into()));
+        }
+        let number = |b: &[u8]| {
+            let b = [b[0], b[1], b[2], b[3]];
+            if self.big_endian { u32::from_be_bytes(b) } else { u32::from_le_bytes(b) }
+        };
+        Ok(self.body.chunks_exact(4).map(number).collect())
+    }
+
     /// Texts of an array with one axis, without the zeros behind them.
     pub fn texts(&self) -> Parsed<Vec<String>> {
         let (Kind::Text(length), [_]) = (self.kind, &self.shape[..]) else {
@@ -147,6 +163,18 @@ impl<'a> Array<'a> {
         let all = self.body.chunks_exact(4 * length).map(text);
         all.map(|t| t.map(|t| t.trim_end_matches('\0').to_owned())).collect()
     }
+}
+
+/// The header of a file of format 1 whose values, of type `descr`, come in C order; the values follow it at a multiple of
+/// 64 bytes, as NumPy has it.
+pub(crate) fn header(descr: &str, shape: &[usize]) -> Vec<u8> {
+    let sides: String = shape.iter().map(|n| format!("{n}, ")).collect();
+    let dict = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': ({}), }}", sides.trim_end());
+    let length = (10 + dict.len() + 1).next_multiple_of(64) - 10;
+    let mut out = b"\x93NUMPY\x01\x00".to_vec();
+    out.extend((length as u16).to_le_bytes());
+    out.extend(format!("{dict:<width$}\n", width = length - 1).bytes());
+    out
 }
 
 /// Arrays by name, as `numpy.savez` and `numpy.savez_compressed` write them.

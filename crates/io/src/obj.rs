@@ -158,7 +158,7 @@ pub(crate) fn encode_obj_mesh(mesh: &TriMesh) -> Vec<u8> {
     out
 }
 
-fn vertices(out: &mut Vec<u8>, points: &[Vec3]) {
+pub(crate) fn vertices(out: &mut Vec<u8>, points: &[Vec3]) {
     for p in points {
         writeln!(out, "v {} {} {}", p.x, p.y, p.z).expect("a Vec takes all");
     }

@@ -30,7 +30,7 @@ pub fn write_truth_frame(dir: &Path, truth: &Truth) -> Result<()> {
         |name| name == SEEN_BY || name.ends_with(SUFFIX),
         |tmp| {
             write_views(tmp, truth)?;
-            let bytes = encode(&truth.visibility.seen_by);
+            let bytes = encode_seen_by(&truth.visibility.seen_by);
             atomic_write(&tmp.join(SEEN_BY), |w| w.write_all(&bytes))
         },
     )
@@ -57,7 +57,8 @@ pub fn read_truth_frame(dir: &Path, strands: StrandSet, head: Option<TriMesh>) -
     Ok(truth)
 }
 
-fn encode(seen_by: &[u32]) -> Vec<u8> {
+/// The bytes of `seen_by.bin`.
+pub(crate) fn encode_seen_by(seen_by: &[u32]) -> Vec<u8> {
     let mut out = MAGIC.to_vec();
     out.extend(VERSION.to_le_bytes());
     for run in seen_by.chunk_by(|a, b| a == b) {
@@ -108,15 +109,15 @@ mod tests {
         let mut seen: Vec<u32> = vec![0; 5000];
         seen[70..90].fill(5);
         seen[4999] = 1 << 31;
-        let bytes = encode(&seen);
+        let bytes = encode_seen_by(&seen);
         assert_eq!(bytes.len(), 12 + 4 * 8);
         assert_eq!(parse_seen_by(&bytes, 5000).unwrap(), seen);
-        assert_eq!(parse_seen_by(&encode(&[]), 0).unwrap(), Vec::<u32>::new());
+        assert_eq!(parse_seen_by(&encode_seen_by(&[]), 0).unwrap(), Vec::<u32>::new());
     }
 
     #[test]
     fn every_truncation_and_every_lie_is_an_error() {
-        let good = encode(&[1, 1, 1, 0, 2]);
+        let good = encode_seen_by(&[1, 1, 1, 0, 2]);
         for n in 0..good.len() {
             assert!(parse_seen_by(&good[..n], 5).is_err(), "{n} bytes");
         }
@@ -140,7 +141,7 @@ mod tests {
             noise in proptest::collection::vec(proptest::num::u8::ANY, 0..64),
             at in 0usize..300,
         ) {
-            let mut bytes = encode(&seen);
+            let mut bytes = encode_seen_by(&seen);
             assert_eq!(parse_seen_by(&bytes, seen.len()).unwrap(), seen);
             for (k, b) in noise.iter().enumerate() {
                 let i = (at + 7 * k) % bytes.len();

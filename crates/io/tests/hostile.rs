@@ -20,9 +20,15 @@ const PARSERS: &[(&str, Parser)] = &[
     ("png", |b| parse_png_grey(b).is_ok()),
     ("visibility", |b| parse_visibility(b).is_ok()),
     ("strand ids", |b| parse_strand_ids(b).is_ok()),
+    ("flo", |b| parse_flo(b).is_ok()),
+    ("hair roots", |b| parse_hair_roots(b).is_ok()),
+    ("uv mesh", |b| parse_uv_mesh(b).is_ok()),
     ("rig", |b| parse_rig(Path::new("rig.json"), b).is_ok()),
     ("frame", |b| parse_frame_json(Path::new("frame.json"), b).is_ok()),
 ];
+
+/// An OBJ of lines that say nothing is a mesh of no faces; who reads the file refuses it.
+const OPEN: [&str; 2] = ["obj mesh", "uv mesh"];
 
 /// A small valid file for each parser, made by this crate's writers where it writes the format.
 fn seed(name: &str) -> Vec<u8> {
@@ -75,6 +81,23 @@ fn seed(name: &str) -> Vec<u8> {
             b.extend([1u32, 0, 2, 0, 5, 0, 6, 1].into_iter().flat_map(u32::to_le_bytes));
             b
         }
+        "flo" => {
+            let mut b = b"PIEH".to_vec();
+            b.extend([2u32, 1, 0, 0, 0, 0].into_iter().flat_map(u32::to_le_bytes));
+            b
+        }
+        "hair roots" => {
+            let root = "0 0 1 3 0.2 0.3 0.5 4.5 1 30\n";
+            let header = "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\n\
+                property float z\nproperty uint triangle\nproperty float b0\nproperty float b1\n\
+                property float b2\nproperty float length_mm\nproperty uchar kind\n\
+                property float density_per_cm2\nend_header\n";
+            format!("{header}{root}{root}").into_bytes()
+        }
+        "uv mesh" => via("m.obj", &|p| {
+            let (uvs, uv_triangles) = (vec![glam::Vec2::ZERO; 2], vec![[0, 1, 0]]);
+            write_uv_mesh(p, &UvMesh { mesh: mesh.clone(), uvs, uv_triangles }).unwrap();
+        }),
         "rig" => br#"{"format":"strandbench-rig","version":1,"near_mm":1.0,"far_mm":2.0,"frame_rate_hz":100,
             "exposure_s":0.001,"cameras":[{"name":"a","width":4,"height":3,"K":[[5,0,2],[0,5,1.5],[0,0,1]],
             "R":[[1,0,0],[0,1,0],[0,0,1]],"t_mm":[0,0,9]}]}"#
@@ -90,15 +113,25 @@ fn seed(name: &str) -> Vec<u8> {
 fn every_seed_is_valid_and_every_parser_refuses_nothing_at_all() {
     for (name, parse) in PARSERS {
         assert!(parse(&seed(name)), "the seed for {name} must be a valid file");
-        // An OBJ mesh of no lines is a mesh of no faces; read_mesh refuses it.
-        assert!(!parse(b"") || *name == "obj mesh", "{name} took an empty file for valid");
+        assert!(!parse(b"") || OPEN.contains(name), "{name} took an empty file for valid");
     }
 }
 
 #[test]
 fn no_prefix_of_a_valid_file_harms_and_binary_prefixes_are_refused() {
-    let whole_only =
-        ["hair", "monohair", "data", "tfx", "exr", "visibility", "strand ids", "rig", "frame", "ply strands"];
+    let whole_only = [
+        "hair",
+        "monohair",
+        "data",
+        "tfx",
+        "exr",
+        "visibility",
+        "strand ids",
+        "flo",
+        "rig",
+        "frame",
+        "ply strands",
+    ];
     for (name, parse) in PARSERS {
         let b = seed(name);
         for n in 0..b.len() {
@@ -133,7 +166,7 @@ proptest! {
     #[test]
     fn random_bytes_do_no_harm(bytes in prop::collection::vec(any::<u8>(), 0..600)) {
         for (name, parse) in PARSERS {
-            if *name != "obj mesh" {
+            if !OPEN.contains(name) {
                 prop_assert!(!parse(&bytes), "{} took random bytes for valid", name);
             }
             parse(&bytes);

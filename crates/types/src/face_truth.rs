@@ -1,7 +1,7 @@
 //! Ground truth of a face with hair: flow, the skin beneath, where hairs stand, how far the hair is.
 
 use crate::{DepthMap, FirstHit, HitPlane, Plane, StrandSet, TriMesh};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 /// Where what each pixel's centre shows at one moment lies in the same camera's image of another moment, px.
 #[derive(Clone, Debug)]
@@ -255,7 +255,7 @@ pub struct HairField {
 
 impl HairField {
     /// Centre of a voxel, mm.
-    pub fn centre_mm(&self, [x, y, z]: [usize; 3]) -> Vec3 {
-        self.origin_mm + self.voxel_mm * Vec3::new(x as f32, y as f32, z as f32)
+    pub fn centre_mm(&self, [x, y, z]: [usize; 3]) -> DVec3 {
+        self.origin_mm.as_dvec3() + f64::from(self.voxel_mm) * DVec3::new(x as f64, y as f64, z as f64)
     }
 }

@@ -42,6 +42,7 @@ pub fn hair_field(
     }
     let size = [count.x as usize, count.y as usize, count.z as usize];
     let [nx, ny, nz] = size;
+    let origin_mm = (first * voxel).as_vec3();
     let mut distance_mm = vec![0.0f32; nx * ny * nz];
     let mut strand = vec![0u32; nx * ny * nz];
     monitor.begin("distance to hair", nx as u64);
@@ -52,7 +53,7 @@ pub fn hair_field(
                 // The next centre is a voxel farther from what is nearest here, at most: exact, and a narrow search.
                 let mut reach = f64::INFINITY;
                 for z in 0..nz {
-                    let p = (first + DVec3::new(x as f64, y as f64, z as f64)) * voxel;
+                    let p = origin_mm.as_dvec3() + DVec3::new(x as f64, y as f64, z as f64) * voxel;
                     let (d, s) = index.nearest_within(p, reach).expect("the last nearest is within reach");
                     distances[y * nz + z] = d as f32;
                     strands[y * nz + z] = s;
@@ -63,5 +64,5 @@ pub fn hair_field(
             Ok::<(), GroundTruthError>(())
         },
     )?;
-    Ok(HairField { origin_mm: (first * voxel).as_vec3(), voxel_mm, size, distance_mm, strand })
+    Ok(HairField { origin_mm, voxel_mm, size, distance_mm, strand })
 }

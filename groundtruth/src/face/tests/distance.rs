@@ -20,17 +20,17 @@ fn brute(strands: &StrandSet, p: DVec3, include: impl Fn(usize) -> bool) -> (f64
 fn the_field_is_the_distance_to_the_nearest_axis_everywhere() {
     let strands = &PAIR.now.strands;
     let index = HairIndex::new(strands, |i| i % 9 == 1).unwrap();
-    let field = hair_field(&index, 6.0, 10.0, &Silent).unwrap();
+    let field = hair_field(&index, 6.1, 10.0, &Silent).unwrap();
     let [nx, ny, nz] = field.size;
     let (low, high) = index.bounds();
-    let last = field.centre_mm([nx - 1, ny - 1, nz - 1]).as_dvec3();
+    let last = field.centre_mm([nx - 1, ny - 1, nz - 1]);
     assert!((low - field.origin_mm.as_dvec3()).min_element() >= 10.0 && (last - high).min_element() >= 10.0);
     assert!((low - field.origin_mm.as_dvec3()).max_element() < 22.0 && (last - high).max_element() < 22.0);
     let mut near = 0;
     for x in 0..nx {
         for y in 0..ny {
             for z in 0..nz {
-                let (i, p) = ((x * ny + y) * nz + z, field.centre_mm([x, y, z]).as_dvec3());
+                let (i, p) = ((x * ny + y) * nz + z, field.centre_mm([x, y, z]));
                 let (d, s) = brute(strands, p, |i| i % 9 == 1);
                 assert_eq!(field.distance_mm[i], d as f32);
                 let own = brute(strands, p, |i| i == field.strand[i] as usize || i == s);

@@ -1,5 +1,12 @@
 //! What skin looks like close by: a pattern in space that moves with the skin.
 
+mod eye;
+mod noise;
+mod regions;
+mod skin;
+#[cfg(test)]
+mod tests;
+
 use super::FaceError;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -25,9 +32,9 @@ pub struct SkinTexture {
     pub pore_mm: f32,
     /// How much darker a pore's middle is, 0 to 0.9.
     pub pores: f32,
-    /// Freckles per square centimetre where there are most of them, 0 to 20.
+    /// Freckles per square centimetre where there are most of them, 0 to 9.
     pub freckles_per_cm2: f32,
-    /// Moles per square decimetre, 0 to 100.
+    /// Moles per square decimetre, 0 to 50.
     pub moles_per_dm2: f32,
     /// Albedo of hair roots beneath the skin, linear RGB in 0..0.95.
     pub stubble_rgb: [f32; 3],
@@ -90,6 +97,8 @@ pub struct SkinLook {
     pub slope: Vec3,
     /// Factor of the coat's reflectance, 0..1.
     pub coat: f32,
+    /// Factor of the coat's roughness, 0..1.
+    pub roughness: f32,
 }
 
 impl SkinDetail {
@@ -109,9 +118,13 @@ impl SkinDetail {
         SkinDetail { stubble: vec![0.0; rest.len()], texture, rest, tissue }
     }
 
-    /// What a place looks like: `rest` on the mean neutral face, mm, and the stubble there.
-    pub fn look(&self, _rest: Vec3, _stubble: f32) -> SkinLook {
-        SkinLook { albedo_rgb: self.texture.tone_rgb, slope: Vec3::ZERO, coat: 1.0 }
+    /// What a place looks like: `rest` on the mean neutral face, mm, and the stubble there. About 0.4 µs.
+    #[inline]
+    pub fn look(&self, rest: Vec3, stubble: f32) -> SkinLook {
+        match &self.tissue {
+            Tissue::Skin => skin::look(&self.texture, rest, stubble),
+            Tissue::Eyes(middles) => eye::look(&self.texture, rest - middles[usize::from(rest.x < 0.0)]),
+        }
     }
 
     /// Says what is wrong, if anything is; `vertices` is how many the surface has.
@@ -157,8 +170,8 @@ impl SkinTexture {
             ("skin_texture.grain", self.grain, 0.0, 0.2),
             ("skin_texture.pore_mm", self.pore_mm, 0.3, 3.0),
             ("skin_texture.pores", self.pores, 0.0, 0.9),
-            ("skin_texture.freckles_per_cm2", self.freckles_per_cm2, 0.0, 20.0),
-            ("skin_texture.moles_per_dm2", self.moles_per_dm2, 0.0, 100.0),
+            ("skin_texture.freckles_per_cm2", self.freckles_per_cm2, 0.0, 9.0),
+            ("skin_texture.moles_per_dm2", self.moles_per_dm2, 0.0, 50.0),
             ("skin_texture.relief_mm", self.relief_mm, 0.0, 0.3),
         ];
         for (key, value, low, high) in colours.chain(numbers) {

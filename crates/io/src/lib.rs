@@ -55,7 +55,7 @@ pub use frame::{parse_frame_json, read_frame, read_frame_of_sequence, write_fram
 pub use hair::{parse_hair, parse_monohair};
 pub use hair_field::{read_hair_field, write_hair_field};
 pub use mesh::{parse_ply_mesh, read_mesh, write_mesh};
-pub use npy::Npz;
+pub use npy::{Npz, write_npy};
 pub use obj::{parse_obj_mesh, parse_obj_strands};
 pub use options::{ImportOptions, ImportReport, PRESETS, transform_mesh};
 pub use ply_strands::parse_ply_strands;
@@ -65,7 +65,7 @@ pub use png::{
 };
 pub use read::{MAX_FILE_BYTES, parse_strands, read_strands, write_strands};
 pub use resample::{MAX_CHORD_ERROR_MM, MAX_POINTS, resample};
-pub use rig_json::parse_rig;
+pub use rig_json::{parse_rig, write_rig};
 pub use skin_uv::{UvMesh, parse_uv_mesh, read_uv_mesh, write_uv_mesh};
 pub use strand_ids::parse_strand_ids;
 pub use strands::{MIN_RADIUS_MM, MIN_SEGMENT_MM, Radii, RawStrands};

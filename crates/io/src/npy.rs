@@ -1,5 +1,6 @@
 //! NumPy arrays: one in a `.npy` file, several by name in a `.npz` file.
 
+use crate::atomic::atomic_write;
 use crate::error::{FormatError, IoError, Parsed, Result};
 use crate::read::read_all;
 use std::collections::BTreeMap;
@@ -175,6 +176,21 @@ pub(crate) fn header(descr: &str, shape: &[usize]) -> Vec<u8> {
     out.extend((length as u16).to_le_bytes());
     out.extend(format!("{dict:<width$}\n", width = length - 1).bytes());
     out
+}
+
+/// Writes floats of 32 bits as a `.npy` file of this shape, the last axis running fastest, atomically.
+///
+/// # Errors
+/// If the shape is not that of the values, or the file cannot be written.
+pub fn write_npy(path: &Path, shape: &[usize], values: &[f32]) -> Result<()> {
+    if shape.iter().product::<usize>() != values.len() {
+        let n = values.len();
+        return Err(IoError::new(path, format!("not written: {n} values are not of shape {shape:?}")));
+    }
+    atomic_write(path, |w| {
+        w.write_all(&header("<f4", shape))?;
+        values.iter().try_for_each(|v| w.write_all(&v.to_le_bytes()))
+    })
 }
 
 /// Arrays by name, as `numpy.savez` and `numpy.savez_compressed` write them.

@@ -87,6 +87,15 @@ pub(crate) fn check_rig(path: &Path, rig: &Rig) -> Result<()> {
     Ok(())
 }
 
+/// Writes a rig, atomically, as [`parse_rig`] reads it.
+///
+/// # Errors
+/// If the rig is not valid, a camera's name cannot name a file, or the file cannot be written.
+pub fn write_rig(path: &Path, rig: &Rig) -> Result<()> {
+    check_rig(path, rig)?;
+    crate::atomic::atomic_write(path, |w| w.write_all(encode_rig(rig).as_bytes()))
+}
+
 pub(crate) fn encode_rig(rig: &Rig) -> String {
     let rows = |m: &DMat3| m.transpose().to_cols_array_2d();
     let cameras = rig.cameras.iter().map(|c| CameraFile {

@@ -24,6 +24,7 @@ mod deadline;
 mod error;
 mod export;
 mod exposure;
+pub mod face;
 mod field;
 mod framing;
 pub mod gate;
@@ -62,7 +63,7 @@ pub use render::{FRAME, RENDER_FILE, RenderFile, TRUTH, read_render_file, render
 pub use results::{CellResult, Line, Results};
 pub use scene_job::{SceneJob, all_scenes};
 pub use score::{Curve, ERROR_CHANNEL, ERRORS, PLACES, SCORES, ScoreFile, read_curve, read_places, score};
-pub use settings::{Part, Setting, render_settings};
+pub use settings::{Part, Setting, render_settings, render_suffix};
 pub use stage::{Done, Progress, RECORD_FILE, Record, read_record};
 pub use strandbench_baselines::BASELINES;
 pub use strandbench_score::{Place, Score};

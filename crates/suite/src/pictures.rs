@@ -1,11 +1,17 @@
 //! Rasters turned into pictures for people.
 
-use strandbench_types::{DepthMap, OrientationField, Plane};
+use crate::SuiteError;
+use std::io::Write as _;
+use std::path::Path;
+use strandbench_types::{DepthMap, FlowMap, FlowState, OrientationField, Plane};
 
 /// Colour of pixels that are not part of the question.
 pub(crate) const PAPER: [u8; 3] = [244, 243, 240];
 /// Colour of pixels that were asked for and not answered.
 pub(crate) const ABSENT: [u8; 3] = [214, 0, 170];
+
+/// Quality of JPEG pictures.
+const JPEG_QUALITY: u8 = 88;
 
 /// The transfer function of sRGB (IEC 61966-2-1), 0..1 to 0..255; what is outside is clipped.
 pub(crate) fn srgb(linear: f32) -> u8 {
@@ -160,6 +166,57 @@ pub(crate) fn data_uri(picture: &Plane<[u8; 3]>) -> String {
         .write_to(&mut png, image::ImageFormat::Png)
         .expect("memory takes every PNG");
     format!("data:image/png;base64,{}", base64(png.get_ref()))
+}
+
+/// The mean of blocks of `by` x `by` pixels; a rest at the right and lower edge is left out.
+pub(crate) fn reduced(image: &Plane<[f32; 3]>, by: usize) -> Plane<[f32; 3]> {
+    let (w, h) = (image.width / by, image.height / by);
+    let scale = 1.0 / (by * by) as f32;
+    let block = |i: usize| {
+        let (x0, y0) = (i % w * by, i / w * by);
+        let mut sum = [0.0f32; 3];
+        for y in y0..y0 + by {
+            for c in &image.data[y * image.width + x0..y * image.width + x0 + by] {
+                (0..3).for_each(|k| sum[k] += c[k]);
+            }
+        }
+        sum.map(|v| v * scale)
+    };
+    Plane::from_vec(w, h, (0..w * h).map(block).collect())
+}
+
+/// Every `by`-th pixel of every `by`-th row, from the middle of the first block on.
+pub(crate) fn picked<T: Clone>(image: &Plane<T>, by: usize) -> Plane<T> {
+    let (w, h) = (image.width / by, image.height / by);
+    let at = |i: usize| image.data[(i / w * by + by / 2) * image.width + i % w * by + by / 2].clone();
+    Plane::from_vec(w, h, (0..w * h).map(at).collect())
+}
+
+/// Hue for the flow's direction, chroma for its length; `full_px` and more is full colour. What is hidden or outside in
+/// the other frame is darker, what is absent is paper.
+pub(crate) fn flow(map: &FlowMap, full_px: f32) -> Plane<[u8; 3]> {
+    let mut picture = map.state.map(|_| PAPER);
+    for (i, pixel) in picture.data.iter_mut().enumerate() {
+        let ([u, v], state) = (map.flow_px.data[i], map.state.data[i]);
+        if state != FlowState::Absent {
+            let share = (u.hypot(v) / full_px.max(1e-6)).min(1.0);
+            let lightness = if state == FlowState::Seen { 0.8 } else { 0.45 };
+            *pixel = oklch(lightness, 0.16 * share, v.atan2(u).to_degrees());
+        }
+    }
+    picture
+}
+
+/// Writes a picture as JPEG.
+pub(crate) fn jpeg(path: &Path, picture: &Plane<[u8; 3]>) -> Result<(), SuiteError> {
+    let file = std::fs::File::create(path).map_err(|e| SuiteError::file(path, e))?;
+    let mut out = std::io::BufWriter::new(file);
+    let bytes: Vec<u8> = picture.data.iter().flatten().copied().collect();
+    let (w, h) = (picture.width as u32, picture.height as u32);
+    image::codecs::jpeg::JpegEncoder::new_with_quality(&mut out, JPEG_QUALITY)
+        .encode(&bytes, w, h, image::ExtendedColorType::Rgb8)
+        .map_err(|e| SuiteError::file(path, e))?;
+    out.flush().map_err(|e| SuiteError::file(path, e))
 }
 
 /// Base64 with padding (RFC 4648, section 4).

@@ -7,7 +7,7 @@ mod goals;
 pub(crate) mod index;
 mod lines;
 pub(crate) mod page;
-mod rig;
+pub(crate) mod rig;
 mod sections;
 pub mod sequence;
 pub(crate) mod tables;

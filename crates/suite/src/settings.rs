@@ -127,7 +127,14 @@ pub fn render_suffix(seed: u64, settings: &[Setting]) -> String {
 /// # Errors
 /// If a key is unknown or a value does not fit.
 pub fn render_settings(settings: &[Setting]) -> Result<strandbench_renderer::Settings, SuiteError> {
-    let mut made = strandbench_renderer::Settings::default();
+    render_settings_from(strandbench_renderer::Settings::default(), settings)
+}
+
+/// As [`render_settings`], with other defaults.
+pub(crate) fn render_settings_from(
+    mut made: strandbench_renderer::Settings,
+    settings: &[Setting],
+) -> Result<strandbench_renderer::Settings, SuiteError> {
     for setting in settings.iter().filter(|s| s.part == Part::Render) {
         let mut fields = serde_json::to_value(&made).map_err(|e| setting.fault(e))?;
         let known: Vec<String> = fields.as_object().map(|o| o.keys().cloned().collect()).unwrap_or_default();

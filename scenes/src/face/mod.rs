@@ -10,11 +10,13 @@
 mod asset;
 mod error;
 mod follicle;
+mod hair;
 mod ict;
 mod identity;
 mod model;
 mod performance;
 mod pose;
+mod scene;
 mod spec;
 #[cfg(test)]
 mod tests;
@@ -23,10 +25,12 @@ mod texture;
 pub use asset::Part;
 pub use error::FaceError;
 pub use follicle::{Follicle, FollicleFrame};
+pub use hair::{FacialHair, FacialHairSpec, HairKind, PosedHair};
 pub use ict::IctFace;
 pub use identity::Identity;
-pub use model::FaceModel;
+pub use model::{FaceModel, PartTopology};
 pub use performance::{Act, FRAME_RATE_HZ, Performance};
 pub use pose::{FacePose, PosedFace};
+pub use scene::{FaceMoment, FaceRigSpec, FaceScene, FaceStage, Frame, LedSpec, catalog};
 pub use spec::FaceSpec;
 pub use texture::{SkinDetail, SkinLook, SkinTexture, Tissue};

@@ -112,21 +112,47 @@ impl FaceModel {
         self.steps[1].smooth(&self.steps[0].smooth(control))
     }
 
-    /// The triangles of some parts of a posed face as a mesh of their own, for a surface of one appearance.
-    pub fn part_mesh(&self, vertices: &[Vec3], parts: &[Part]) -> TriMesh {
-        let mut place = vec![u32::MAX; vertices.len()];
-        let mut out = TriMesh::default();
-        for (t, _) in self.triangles.iter().zip(&self.parts).filter(|(_, p)| parts.contains(p)) {
+    /// The triangles of some parts, for a surface of one appearance.
+    pub fn part(&self, parts: &[Part]) -> PartTopology {
+        let mut place = vec![u32::MAX; self.vertex_count()];
+        let mut out = PartTopology { vertices: Vec::new(), triangles: Vec::new(), faces: Vec::new() };
+        let kept = (0u32..).zip(&self.triangles).zip(&self.parts).filter(|(_, p)| parts.contains(p));
+        for ((face, t), _) in kept {
+            out.faces.push(face);
             out.triangles.push(t.map(|v| {
                 let at = &mut place[v as usize];
                 if *at == u32::MAX {
                     *at = out.vertices.len() as u32;
-                    out.vertices.push(vertices[v as usize]);
+                    out.vertices.push(v);
                 }
                 *at
             }));
         }
         out
+    }
+
+    /// The triangles of some parts of a posed face as a mesh of their own.
+    pub fn part_mesh(&self, vertices: &[Vec3], parts: &[Part]) -> TriMesh {
+        let part = self.part(parts);
+        TriMesh { vertices: part.gather(vertices), triangles: part.triangles }
+    }
+}
+
+/// Which vertices and triangles of the face make up a part of it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PartTopology {
+    /// The face's vertex, indexed by the part's.
+    pub vertices: Vec<u32>,
+    /// Corners of each triangle, vertices of the part.
+    pub triangles: Vec<[u32; 3]>,
+    /// The face's triangle, indexed by the part's.
+    pub faces: Vec<u32>,
+}
+
+impl PartTopology {
+    /// The part's values of something that each vertex of the face has.
+    pub fn gather<T: Copy>(&self, of_face: &[T]) -> Vec<T> {
+        self.vertices.iter().map(|&v| of_face[v as usize]).collect()
     }
 }
 

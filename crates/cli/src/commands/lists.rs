@@ -8,6 +8,7 @@ use anyhow::Result;
 use serde_json::json;
 use strandbench_recon::VARIANTS;
 use strandbench_suite::BASELINES;
+use strandbench_suite::face::FaceJob;
 use strandbench_suite::outside::Config;
 use strandbench_suite::{Method, SceneJob, Solver, SuiteError};
 
@@ -17,21 +18,40 @@ pub(super) fn scenes(list: &ListArgs, json: bool) -> Result<bool> {
         ListArgs::List => {
             let jobs: Vec<SceneJob> =
                 strandbench_suite::all_scenes().map(|e| entry(e.name)).collect::<Result<_, SuiteError>>()?;
+            let opened = strandbench_scenes::face::catalog().iter().map(|e| FaceJob::open(e.name, &[]));
+            let faces: Vec<FaceJob> =
+                opened.filter_map(Result::transpose).collect::<Result<_, SuiteError>>()?;
             if json {
                 let all: Vec<_> = jobs
                     .iter()
                     .map(|j| {
                         let s = j.spec();
-                        json!({"name": j.name, "description": s.description, "difficulty": s.difficulty,
+                        json!({"kind": "hair", "name": j.name, "description": s.description, "difficulty": s.difficulty,
                                "stresses": s.stresses, "frames": s.motion.as_ref().map(|m| m.frames), "strands": s.groom.as_ref().map(|g| g.strands),
                                "default": j.name == strandbench_scenes::DEFAULT_SCENE})
                     })
+                    .chain(faces.iter().map(|j| {
+                        let s = &j.spec;
+                        json!({"kind": "face", "name": j.name, "description": s.description, "stresses": s.stresses,
+                               "frames": s.frames()})
+                    }))
                     .collect();
                 return print_json(&serde_json::Value::Array(all));
             }
             out!("{}", table::scenes(&jobs));
+            outln!("\nfaces, to render (fourteen cameras, colour):");
+            for j in &faces {
+                outln!("{:<22} {} frames. {}", j.name, j.spec.frames(), j.spec.description);
+            }
         }
         ListArgs::Show { name } => {
+            if let Some(face) = FaceJob::open(name, &[])? {
+                if json {
+                    return print_json(&serde_json::to_value(&face.spec)?);
+                }
+                out!("{}", face.toml);
+                return Ok(true);
+            }
             let job = entry(name)?;
             if json {
                 return print_json(&serde_json::to_value(job.spec())?);

@@ -1,30 +1,71 @@
 //! The stages apart, each on the folder that the one before wrote.
 
 use super::{cells, print_json, say_left_out, say_notes};
-use crate::args::{ReconstructArgs, RenderArgs, ReportArgs, ScoreArgs};
+use crate::args::{ReconstructArgs, RenderArgs, ReportArgs, SceneArgs, ScoreArgs};
 use crate::print::{out, outln};
 use crate::progress::Show;
 use crate::table;
 use anyhow::{Context, Result, anyhow, bail};
 use serde_json::json;
 use std::path::{Path, PathBuf};
+use strandbench_suite::face::{self, FaceFile, FaceJob};
 use strandbench_suite::outside::Config;
-use strandbench_suite::sequence::{self, ALL_FRAMES, Sequence};
-use strandbench_suite::{Done, ESTIMATE, FRAME, Lock, Method, Part, Places, Setting, TRUTH};
+use strandbench_suite::sequence::{self, ALL_FRAMES, Frames, Sequence};
+use strandbench_suite::{Done, ESTIMATE, FRAME, Lock, Method, Part, Places, Setting, TRUTH, render_suffix};
 
 pub(super) fn render(args: &RenderArgs, show: &Show, json: bool) -> Result<bool> {
     if let Some(wrong) = args.scene.settings.iter().find(|s| s.part == Part::Recon) {
         bail!("--set {wrong}: rendering has no such setting; use scene.KEY or render.KEY");
     }
-    let cells = cells(&args.scene, &["luo".to_owned()], &Config::default())?;
+    let (faces, hair) = faces(&args.scene)?;
+    let cells = match (hair.scene.is_empty(), faces.is_empty()) {
+        // Faces alone were named: there is no default scene beside them.
+        (true, false) => Vec::new(),
+        _ => cells(&hair, &["luo".to_owned()], &Config::default())?,
+    };
     say_notes(&cells, show);
     say_left_out(&args.scene, show);
     let _lock = Lock::take(&args.scene.out)?;
     let mut done = Vec::new();
+    for job in &faces {
+        done.extend(render_face(job, &args.scene, show)?);
+    }
     for cell in &cells {
         done.push(strandbench_suite::render_cell(cell, &cell.places(&args.scene.out).render, show)?);
     }
     tell(&done, show, json)
+}
+
+/// The faces among the scenes that were named, and the arguments without them.
+fn faces(args: &SceneArgs) -> Result<(Vec<FaceJob>, SceneArgs)> {
+    let mut rest = args.clone();
+    let mut faces = Vec::new();
+    rest.scene.clear();
+    for name in &args.scene {
+        match FaceJob::open(name, &args.settings)? {
+            Some(face) => faces.push(face),
+            None => rest.scene.push(name.clone()),
+        }
+    }
+    Ok((faces, rest))
+}
+
+/// A face with each of the seeds.
+fn render_face(job: &FaceJob, args: &SceneArgs, show: &Show) -> Result<Vec<Done>> {
+    let settings = face::settings(&args.settings)?;
+    let frames = args.frames.unwrap_or(Frames { first: 0, end: Some(1) });
+    if args.frames.is_none() {
+        let all = job.spec.frames();
+        show.say(&format!("{:<12} frame 0 of {all}; --frames A..B renders others", job.name));
+    }
+    args.seed
+        .iter()
+        .map(|&seed| {
+            let out =
+                args.out.join(format!("{}{}", job.label, render_suffix(seed, &args.settings))).join("render");
+            Ok(face::render_face(job, &settings, seed, frames, &out, show)?)
+        })
+        .collect()
 }
 
 /// Prints finished stages.
@@ -151,6 +192,10 @@ fn print_scores(folder: &Path, show: &Show, json: bool) -> Result<()> {
 pub(super) fn report(args: &ReportArgs, show: &Show, json: bool) -> Result<bool> {
     if !args.folder.is_dir() {
         bail!("{}: there is no such folder; `strandbench score` makes one", args.folder.display());
+    }
+    let face = [args.folder.clone(), args.folder.join("render")].into_iter().find(|f| FaceFile::is(f));
+    if let Some(folder) = face {
+        return tell(&[face::report(&folder, show)?], show, json);
     }
     let render = match &args.render {
         Some(render) => render.clone(),

@@ -39,7 +39,12 @@ impl FaceJob {
     ///
     /// # Errors
     /// If the text has an unknown key or an impossible value.
-    pub fn from_toml(name: &str, path: &Path, text: &str, settings: &[Setting]) -> Result<FaceJob, SuiteError> {
+    pub fn from_toml(
+        name: &str,
+        path: &Path,
+        text: &str,
+        settings: &[Setting],
+    ) -> Result<FaceJob, SuiteError> {
         let file = PathBuf::from(format!("{name}.toml"));
         let shown = if path.as_os_str().is_empty() { file } else { path.to_owned() };
         let mut spec = FaceScene::parse(text, &shown)?;
@@ -48,12 +53,23 @@ impl FaceJob {
             spec = FaceScene::parse(&text, &with_changes(&shown, &changes))?;
         }
         spec.name = name.to_owned();
-        Ok(FaceJob { name: name.to_owned(), label: label(name, &changes), toml: text, path: path.to_owned(), spec })
+        Ok(FaceJob {
+            name: name.to_owned(),
+            label: label(name, &changes),
+            toml: text,
+            path: path.to_owned(),
+            spec,
+        })
     }
 
     /// Where relative file names start.
-    fn base(&self) -> &Path {
+    pub(super) fn base(&self) -> &Path {
         self.path.parent().unwrap_or(Path::new(""))
+    }
+
+    /// Whether the description names files.
+    pub(super) fn names_files(&self) -> bool {
+        self.spec.hair.files().next().is_some()
     }
 
     /// The person with hair; the same bits for the same seed.

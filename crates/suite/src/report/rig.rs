@@ -2,20 +2,47 @@
 
 use super::data::Data;
 use super::views::Axes;
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec3};
 use std::fmt::Write as _;
+use strandbench_scenes::AreaLight;
 use strandbench_types::Rig;
+
+/// What a drawing of a rig shows.
+pub(crate) struct Drawn<'a> {
+    pub rig: &'a Rig,
+    pub lights: &'a [AreaLight],
+    /// Points of the hair, and of the head.
+    pub hair: &'a [Vec3],
+    pub head: &'a [Vec3],
+}
 
 /// Top and side view of cameras, lights, hair and the working volume, as two SVGs.
 pub(crate) fn rig_drawings(data: &Data) -> [String; 2] {
-    let axes = Axes::of(&data.truth.rig);
-    let top = |p: DVec3| DVec2::new(p.dot(axes.right), -p.dot(axes.forward));
-    let side = |p: DVec3| DVec2::new(-p.dot(axes.forward), -p.y);
-    [draw_rig(data, &top, "seen from above"), draw_rig(data, &side, "seen from the left")]
+    let drawn = Drawn {
+        rig: &data.truth.rig,
+        lights: &data.render.lights,
+        hair: &data.truth.strands.points,
+        head: data.truth.head.as_ref().map_or(&[], |h| &h.vertices),
+    };
+    let [top, side, _] = drawings(&drawn);
+    [top, side]
 }
 
-fn draw_rig(data: &Data, flat: &dyn Fn(DVec3) -> DVec2, title: &str) -> String {
-    let rig = &data.truth.rig;
+/// Seen from above, from the left and from behind the reference, as SVGs.
+pub(crate) fn drawings(drawn: &Drawn<'_>) -> [String; 3] {
+    let axes = Axes::of(drawn.rig);
+    let top = |p: DVec3| DVec2::new(p.dot(axes.right), -p.dot(axes.forward));
+    let side = |p: DVec3| DVec2::new(-p.dot(axes.forward), -p.y);
+    let front = |p: DVec3| DVec2::new(p.dot(axes.right), -p.y);
+    [
+        draw_rig(drawn, &top, "seen from above"),
+        draw_rig(drawn, &side, "seen from the left"),
+        draw_rig(drawn, &front, "seen from behind the reference"),
+    ]
+}
+
+fn draw_rig(drawn: &Drawn<'_>, flat: &dyn Fn(DVec3) -> DVec2, title: &str) -> String {
+    let rig = drawn.rig;
     let mut body = String::new();
     let mut all: Vec<DVec2> = Vec::new();
     let mut names: Vec<(DVec2, &str)> = Vec::new();
@@ -29,24 +56,19 @@ fn draw_rig(data: &Data, flat: &dyn Fn(DVec3) -> DVec2, title: &str) -> String {
     let hull = convex_hull(volume);
     let _ = write!(body, "<polygon class=\"volume\" points=\"{}\"/>", points(&hull));
     all.extend(&hull);
-    let stride = (data.truth.strands.points.len() / 2500).max(1);
-    let mut dots = String::new();
-    for p in data.truth.strands.points.iter().step_by(stride) {
-        let q = flat(p.as_dvec3());
-        let _ = write!(dots, "M{:.0} {:.0}h0", q.x, q.y);
-        all.push(q);
-    }
-    let _ = write!(body, "<path class=\"hair\" d=\"{dots}\"/>");
-    if let Some(head) = &data.truth.head {
+    for (class, places, most) in [("hair", drawn.hair, 2500), ("head", drawn.head, 1500)] {
+        if places.is_empty() {
+            continue;
+        }
         let mut dots = String::new();
-        for p in head.vertices.iter().step_by((head.vertices.len() / 1500).max(1)) {
+        for p in places.iter().step_by((places.len() / most).max(1)) {
             let q = flat(p.as_dvec3());
             let _ = write!(dots, "M{:.0} {:.0}h0", q.x, q.y);
             all.push(q);
         }
-        let _ = write!(body, "<path class=\"head\" d=\"{dots}\"/>");
+        let _ = write!(body, "<path class=\"{class}\" d=\"{dots}\"/>");
     }
-    for light in &data.render.lights {
+    for light in drawn.lights {
         let (c, u, v) = (light.centre_mm, light.half_u_mm, light.half_v_mm);
         let outline =
             convex_hull([c + u + v, c + u - v, c - u - v, c - u + v].map(|p| flat(p.as_dvec3())).to_vec());

@@ -34,7 +34,7 @@ const BEHIND_MM: f64 = 4.0;
 const UNMATCHED: [u8; 3] = [214, 0, 170];
 /// Rays through each pixel of the rendered strands.
 const SAMPLES: u32 = 8;
-const QUALITY: u8 = 88;
+
 /// Depth errors at the ends of their scale, mm.
 const ERROR_LIMIT_MM: f32 = 10.0;
 
@@ -63,7 +63,8 @@ pub(super) fn write(data: &Moving, dir: &Path, progress: &dyn Progress) -> Resul
         let mut scene = data.sequence.scene(index)?.scene;
         let truth = data.sequence.truth_of(index, &mut scene)?;
         let input = pictures::monochrome(&frame.images[0], gain);
-        let save = |kind: &str, picture: &Plane<[u8; 3]>| jpeg(&dir.join(name(index, kind)), picture);
+        let save =
+            |kind: &str, picture: &Plane<[u8; 3]>| pictures::jpeg(&dir.join(name(index, kind)), picture);
         save("input", &input)?;
         save("envelope", &envelope(&truth, &estimate))?;
         save("error", &error(data, index, &truth)?)?;
@@ -161,17 +162,6 @@ fn synthesised(
         Err(RenderError::Cancelled(_)) => Err(SuiteError::Cancelled),
         Err(other) => Err(SuiteError::Render { scene: scene.name, problem: other.to_string() }),
     }
-}
-
-fn jpeg(path: &Path, picture: &Plane<[u8; 3]>) -> Result<(), SuiteError> {
-    let file = std::fs::File::create(path).map_err(|e| SuiteError::file(path, e))?;
-    let mut out = std::io::BufWriter::new(file);
-    let bytes: Vec<u8> = picture.data.iter().flatten().copied().collect();
-    let (w, h) = (picture.width as u32, picture.height as u32);
-    image::codecs::jpeg::JpegEncoder::new_with_quality(&mut out, QUALITY)
-        .encode(&bytes, w, h, image::ExtendedColorType::Rgb8)
-        .map_err(|e| SuiteError::file(path, e))?;
-    out.flush().map_err(|e| SuiteError::file(path, e))
 }
 
 /// Points with colours and the edges between them, binary little-endian, as mesh viewers open it.

@@ -4,6 +4,7 @@ mod ablate;
 mod bad_input;
 mod baselines;
 mod dataset;
+mod face;
 mod fakes;
 mod hair_file;
 mod job;

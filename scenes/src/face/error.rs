@@ -41,6 +41,14 @@ pub enum FaceError {
         /// Highest that is right.
         high: f64,
     },
+    /// A value of a patch of hair out of range, or hair that cannot be grown.
+    #[error("{key}: {problem}")]
+    Hair {
+        /// Dotted key within the scene.
+        key: String,
+        /// What is wrong.
+        problem: String,
+    },
     /// A folder or file of a face model from outside is not one.
     #[error("{}: {problem}", path.display())]
     File {

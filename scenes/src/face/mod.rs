@@ -25,7 +25,7 @@ mod texture;
 pub use asset::Part;
 pub use error::FaceError;
 pub use follicle::{Follicle, FollicleFrame};
-pub use hair::{FacialHair, FacialHairSpec, HairKind, PosedHair};
+pub use hair::{FacialHair, FacialHairSpec, HairKind, HairMaps, MAP_SIDES_PX, Patch, PosedHair};
 pub use ict::IctFace;
 pub use identity::Identity;
 pub use model::{FaceModel, PartTopology};

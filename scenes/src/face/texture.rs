@@ -3,6 +3,7 @@
 mod eye;
 mod noise;
 mod regions;
+pub(super) use regions::lips;
 mod skin;
 #[cfg(test)]
 mod tests;

@@ -16,7 +16,9 @@ use clump::{FIBRE, Planner, TUFT};
 use field::Comb;
 use grow::{Grower, bend_length_cubed_mm3};
 use noise::lognormal;
-pub(crate) use noise::{lognormal as standard_lognormal, normal as standard_normal, quintic, ramp};
+pub(crate) use noise::{
+    LineNoise, lognormal as standard_lognormal, normal as standard_normal, quintic, ramp, space_noise,
+};
 use rayon::prelude::*;
 use strandbench_rng::Rng;
 use strandbench_types::StrandSet;

@@ -28,6 +28,7 @@ fn of_face(e: FaceError) -> Fault {
             let key = if key.contains('.') { (*key).to_owned() } else { format!("face.{key}") };
             (key, format!("{} is not between {low} and {high}", *value as f32))
         }
+        FaceError::Hair { key, problem } => (key.clone(), problem.clone()),
         FaceError::Unknown { name, .. } | FaceError::Weight { name, .. } => {
             (format!("face.expressions.{name}"), e.to_string())
         }

@@ -13,7 +13,7 @@ const LOWER: f32 = 12.3;
 const BACK_Z: f32 = 40.0;
 
 /// How much a place belongs to the lips (or to the mouth's inside), 0..1.
-pub(super) fn lips(p: Vec3) -> f32 {
+pub(in crate::face) fn lips(p: Vec3) -> f32 {
     let across = p.x.abs();
     if p.z < BACK_Z || across > MOUTH_HALF || !(-110.0..=-70.0).contains(&p.y) {
         return 0.0;

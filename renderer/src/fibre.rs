@@ -91,6 +91,16 @@ impl Toward<'_> {
         }
     }
 
+    /// The part of [`Toward::eval`] that has been inside the fibre and is taken to have lost its polarisation there:
+    /// TT, TRT and the rest.
+    #[inline]
+    pub fn depolarised(&self, to_light: Vec3) -> [f32; 3] {
+        match self {
+            Toward::Marschner(t) => t.depolarised(to_light),
+            Toward::Chiang(t) => t.depolarised(to_light),
+        }
+    }
+
     /// Density of [`Toward::sample`] per steradian.
     #[inline]
     pub fn pdf(&self, to_light: Vec3) -> f32 {

@@ -23,6 +23,7 @@ mod sampler;
 mod scene;
 mod sensor;
 mod skin;
+mod skin_light;
 mod special;
 mod tile;
 mod vertex;
@@ -35,8 +36,9 @@ pub use identity::IdentityPlanes;
 pub use light::{Choice, LightSample, Lights, Mix, Strategy};
 pub use probe::{NEAR_MM, Probe};
 pub use scene::{RenderScene, fibre_tangent};
-pub use sensor::{expose, expose_rgb, gain};
+pub use sensor::{expose, expose_rgb, gain, noise_variance};
 pub use skin::{Skin, SkinToward};
+pub use skin_light::SkinLight;
 pub use vertex::SurfacePoint;
 
 use strandbench_types::{Cancelled, Plane, SampleHits};
@@ -56,6 +58,19 @@ pub enum RenderError {
 /// themselves.
 const MOST_DEPTH: u32 = 1024;
 
+/// Of 16 to 256; see [`SkinLight`] for the error that they leave.
+const SKIN_PATHS: u32 = 64;
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde's signature")]
+fn is_zero(v: &f32) -> bool {
+    *v == 0.0
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde's signature")]
+fn is_usual(v: &u32) -> bool {
+    *v == SKIN_PATHS
+}
+
 /// How much work a render does.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -72,6 +87,14 @@ pub struct Settings {
     /// an error of 0.004 in direct light, and 16 followed ones of them 0.020 in all; it falls with the root of the
     /// number of rays followed. The example `noise` prints both for any scene.
     pub noise_target: f32,
+    /// If above 0, a pixel is converged once its standard error is at most this part of the sensor's noise at the pixel's
+    /// signal ([`noise_variance`]), and `noise_target` is not looked at. Needs a sensor with noise.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub sensor_noise: f32,
+    /// Paths from around each vertex of skin for the light below it, at least 4; the same for all views. Only where the
+    /// skin's `scatter_mm` is above 0.
+    #[serde(skip_serializing_if = "is_usual")]
+    pub skin_paths: u32,
     /// Most scatterings of a path between light and camera: 1 is direct light alone (Mitsuba's `max_depth` is one
     /// more). Light of more scatterings is left out.
     pub depth: u32,
@@ -96,6 +119,8 @@ impl Default for Settings {
             samples_per_pixel: 32,
             max_samples_per_pixel: 32,
             noise_target: 0.04,
+            sensor_noise: 0.0,
+            skin_paths: SKIN_PATHS,
             depth: 8,
             indirect_every: 2,
             strategy: Strategy::Both,
@@ -115,6 +140,12 @@ impl Settings {
         }
         if !(self.noise_target >= 0.0 && self.noise_target.is_finite()) {
             return fail(format!("noise_target is {}; it must not be negative", self.noise_target));
+        }
+        if !(self.sensor_noise >= 0.0 && self.sensor_noise.is_finite()) {
+            return fail(format!("sensor_noise is {}; it must be 0 (off) or positive", self.sensor_noise));
+        }
+        if !(4..=65_535).contains(&self.skin_paths) {
+            return fail(format!("skin_paths is {}; it lies in 4..65535", self.skin_paths));
         }
         if !(1..=MOST_DEPTH).contains(&self.depth) || !(1..=65_535).contains(&self.indirect_every) {
             return fail(format!(

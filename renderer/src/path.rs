@@ -2,9 +2,10 @@
 
 use crate::accel::{Hit, LastBlockers};
 use crate::guide::Guide;
-use crate::light::{Mix, Strategy};
+use crate::light::{Mix, Strategy, WEIGHED};
 use crate::sampler::PixelSampler;
 use crate::scene::RenderScene;
+use crate::skin_light::SkinLight;
 use crate::vertex::Vertex;
 use strandbench_rng::Rng;
 
@@ -34,6 +35,8 @@ pub(crate) struct Walk {
     pub most_radiance: f32,
     /// Sensor's full scale.
     pub full_scale: f32,
+    /// Whether the camera sees no light that one reflection at a surface sends from a light.
+    pub polarised: bool,
 }
 
 impl Walk {
@@ -100,10 +103,36 @@ impl RenderScene<'_> {
         work: &mut Work,
     ) -> [f32; 3] {
         let dim = DIM * walk.full_scale;
-        self.drawn_light::<2>(vertex, guide, u, dim, walk.first_mix(), &mut scratch.first, &mut work.shadow)
+        let (mix, blockers) = (walk.first_mix(), &mut scratch.first);
+        match walk.polarised {
+            false => self.drawn_light::<2, false>(vertex, guide, u, dim, mix, blockers, &mut work.shadow),
+            true => self.drawn_light::<2, true>(vertex, guide, u, dim, mix, blockers, &mut work.shadow),
+        }
     }
 
-    fn drawn_light<const DRAWS: usize>(
+    /// The same on skin whose light below is known, by points on lights alone: one shadow ray for each light if `all`,
+    /// else two.
+    pub(crate) fn direct_light_on_skin(
+        &self,
+        vertex: &Vertex<'_>,
+        all: bool,
+        u: [f32; 3],
+        walk: &Walk,
+        scratch: &mut Scratch,
+        work: &mut Work,
+    ) -> [f32; 3] {
+        let (dim, blockers) = (DIM * walk.full_scale, &mut scratch.first);
+        let mix = Mix { strategy: Strategy::Lights, share: 1.0 };
+        let rays = &mut work.shadow;
+        match (all, walk.polarised) {
+            (true, false) => self.drawn_light::<WEIGHED, false>(vertex, None, u, dim, mix, blockers, rays),
+            (true, true) => self.drawn_light::<WEIGHED, true>(vertex, None, u, dim, mix, blockers, rays),
+            (false, false) => self.drawn_light::<2, false>(vertex, None, u, dim, mix, blockers, rays),
+            (false, true) => self.drawn_light::<2, true>(vertex, None, u, dim, mix, blockers, rays),
+        }
+    }
+
+    fn drawn_light<const DRAWS: usize, const POLARISED: bool>(
         &self,
         vertex: &Vertex<'_>,
         guide: Option<&Guide>,
@@ -115,7 +144,12 @@ impl RenderScene<'_> {
     ) -> [f32; 3] {
         let point = vertex.surface.position_mm;
         let lobe = |to_light| match guide {
+            None if POLARISED => (vertex.lobe.depolarised(to_light), 0.0),
             None => (vertex.lobe.eval(to_light), 0.0),
+            Some(guide) if POLARISED => {
+                let pdf = vertex.lobe.eval_pdf(to_light).1;
+                (vertex.lobe.depolarised(to_light), guide.pdf(to_light, pdf))
+            }
             Some(guide) => {
                 let (eval, pdf) = vertex.lobe.eval_pdf(to_light);
                 (eval, guide.pdf(to_light, pdf))
@@ -134,13 +168,14 @@ impl RenderScene<'_> {
     }
 
     /// Light that scattering at the first vertex finds: on lights, what [`RenderScene::direct_light`] leaves to it,
-    /// and from further vertices, up to the walk's depth. `guide` as there.
+    /// and from further vertices, up to the walk's depth. `guide` as there. Paths end where they meet skin whose light is known.
     pub(crate) fn followed_light(
         &self,
         first: Vertex<'_>,
         guide: Option<Guide>,
         draws: Draws<'_>,
         walk: &Walk,
+        light: Option<&SkinLight>,
         scratch: &mut Scratch,
         work: &mut Work,
     ) -> [f32; 3] {
@@ -170,9 +205,20 @@ impl RenderScene<'_> {
             }
             work.bounce += 1;
             let hit = self.accel.closest_after(vertex.start, direction, vertex.skip);
-            add(&mut rgb, throughput, self.lights.seen(point, direction, distance(&hit), drawn.pdf, mix));
+            let seen = self.lights.seen(point, direction, distance(&hit), drawn.pdf, mix);
+            if walk.polarised && scattering == 1 {
+                add(&mut rgb, vertex.lobe.depolarised(direction).map(|f| f / drawn.pdf), seen);
+            } else {
+                add(&mut rgb, throughput, seen);
+            }
             let Some(hit) = hit.filter(|_| !last) else { break };
             vertex = self.vertex(&hit, vertex.start, direction);
+            if let Some(light) = light
+                && let Some(glow) = light.leaving(&vertex)
+            {
+                add(&mut rgb, throughput, glow);
+                break;
+            }
             let carried = throughput.iter().fold(0.0f32, |a, &b| a.max(b));
             if carried <= 0.0 {
                 break;
@@ -186,7 +232,7 @@ impl RenderScene<'_> {
             let dim = DIM * walk.full_scale / carried;
             known = self.guide_beside_lights(&vertex, mix);
             let (guide, blockers) = (known.as_ref(), &mut scratch.later);
-            let found = self.drawn_light::<1>(&vertex, guide, u, dim, mix, blockers, &mut work.shadow);
+            let found = self.drawn_light::<1, false>(&vertex, guide, u, dim, mix, blockers, &mut work.shadow);
             add(&mut rgb, throughput, found);
             if rng.f32() >= survival {
                 break;

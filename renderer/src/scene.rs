@@ -6,8 +6,10 @@ use crate::environment::Sky;
 use crate::fibre::FibreModel;
 use crate::light::Lights;
 use crate::skin::Skin;
+use crate::skin_light::{GlowKey, SkinLight};
 use glam::Vec3;
 use rayon::prelude::*;
+use std::sync::{Arc, Mutex};
 use strandbench_scenes::Scene;
 use strandbench_types::StrandSet;
 
@@ -26,6 +28,8 @@ pub struct RenderScene<'a> {
     pub(crate) absorption: Vec<[f32; 3]>,
     /// Vertex normals, indexed [surface][vertex].
     pub(crate) normals: Vec<Vec<Vec3>>,
+    /// The light below the skin, once a view has asked for it.
+    pub(crate) glow: Mutex<Option<(GlowKey, Arc<SkinLight>)>>,
 }
 
 impl<'a> RenderScene<'a> {
@@ -54,6 +58,13 @@ impl<'a> RenderScene<'a> {
             if s.albedo_rgb.iter().any(|a| !(0.0..=1.0).contains(a)) {
                 return Err(fail(format!("surface {i}: its albedo must lie in 0..1")));
             }
+            if let Some(d) = &s.detail {
+                d.check(s.mesh.vertices.len()).map_err(|e| fail(format!("surface {i}: {e}")))?;
+            }
+        }
+        let (filters, cameras) = (scene.polarised.len(), scene.rig.cameras.len());
+        if filters != 0 && filters != cameras {
+            return Err(fail(format!("polarised names {filters} cameras of {cameras}; name all or none")));
         }
         if scene.background_rgb.iter().any(|&b| !(b >= 0.0 && b.is_finite())) {
             return Err(fail("the background's radiance is negative or not finite".into()));
@@ -101,6 +112,7 @@ impl<'a> RenderScene<'a> {
             lights: Lights::new(&scene.lights).map_err(&fail)?.with_sky(sky),
             absorption,
             normals: meshes.iter().map(|m| m.vertex_normals()).collect(),
+            glow: Mutex::new(None),
         })
     }
 

@@ -45,6 +45,15 @@ pub fn gain(sensor: &Sensor, camera: usize, seed: u64) -> f64 {
     (1.0 + f64::from(sensor.gain_spread) * normal(&mut rng)).clamp(0.2, 5.0)
 }
 
+/// Variance of a pixel's value due to shot noise, read noise and rounding, at a signal in the middle of the image; both
+/// relative to full scale, before the gain.
+pub fn noise_variance(sensor: &Sensor, signal: f64) -> f64 {
+    let (well, read) = (f64::from(sensor.full_well_e), f64::from(sensor.read_noise_e));
+    let electrons = if well > 0.0 { signal.clamp(0.0, 1.0) / well + (read / well).powi(2) } else { 0.0 };
+    let step = if sensor.bits > 0 { 1.0 / (2f64.powi(sensor.bits.min(32) as i32) - 1.0) } else { 0.0 };
+    electrons + step * step / 12.0
+}
+
 /// What happens to each pixel of one camera.
 struct Exposure<'a> {
     sensor: &'a Sensor,

@@ -9,6 +9,8 @@ use strandbench_scenes::SkinOptics;
 pub struct Skin {
     f0: f32,
     a2: f32,
+    /// Factor of the coat's reflectance.
+    coat: f32,
 }
 
 impl Skin {
@@ -27,7 +29,13 @@ impl Skin {
         if !(0.0..=10.0).contains(&optics.scatter_mm) {
             return Err(format!("skin: scatter_mm is {}; it must lie in 0..10", optics.scatter_mm));
         }
-        Ok(Skin { f0, a2: roughness * roughness })
+        Ok(Skin { f0, a2: roughness * roughness, coat: 1.0 })
+    }
+
+    /// The same skin where the coat reflects by `coat` as much and is by `roughness` as rough.
+    #[must_use]
+    pub fn varied(&self, coat: f32, roughness: f32) -> Skin {
+        Skin { f0: self.f0, a2: (self.a2 * roughness * roughness).max(1e-4), coat }
     }
 
     /// Schlick's reflectance of the coat; none at all without a coat.
@@ -37,7 +45,13 @@ impl Skin {
             return 0.0;
         }
         let m = (1.0 - cos).clamp(0.0, 1.0);
-        self.f0 + (1.0 - self.f0) * m * m * m * m * m
+        self.coat * (self.f0 + (1.0 - self.f0) * m * m * m * m * m)
+    }
+
+    /// The share of light that the coat lets through at this cosine.
+    #[inline]
+    pub fn through(&self, cos: f32) -> f32 {
+        1.0 - self.schlick(cos)
     }
 
     /// GGX's density of half vectors (Walter et al. 2007) by their cosine.
@@ -80,7 +94,14 @@ impl Skin {
         let reflected = self.schlick(co);
         // Any share samples without bias; this one is about what each part reflects.
         let gloss = if self.f0 == 0.0 { 0.0 } else { (reflected / (reflected + through)).max(0.1) };
-        SkinToward { skin: *self, normal, face, to_camera, albedo_rgb, co, gloss }
+        SkinToward { skin: *self, normal, face, to_camera, albedo_rgb, co, gloss, matte: false }
+    }
+
+    /// What the coat lets in, spread evenly over the directions: [`SkinToward::eval`] is the transmitted irradiance of
+    /// unit radiance over π, white.
+    pub fn receiver(&self, normal: Vec3, face: Vec3) -> SkinToward {
+        let white = [1.0 / self.through(1.0).max(1e-3); 3];
+        SkinToward { gloss: 0.0, matte: true, ..self.toward(normal, face, normal, white) }
     }
 }
 
@@ -95,14 +116,45 @@ pub struct SkinToward {
     co: f32,
     /// Share of the samples that goes to the coat.
     gloss: f32,
+    /// Whether the coat's reflection is left out.
+    matte: bool,
 }
 
 impl SkinToward {
+    /// The albedo below the coat.
+    pub(crate) fn albedo_rgb(&self) -> [f32; 3] {
+        self.albedo_rgb
+    }
+
+    /// The share of light from below that the coat lets out towards the camera.
+    pub(crate) fn through_out(&self) -> f32 {
+        if self.co <= 0.0 { 0.0 } else { self.skin.through(self.co) }
+    }
+
+    /// The same with another albedo.
+    pub(crate) fn with_albedo(self, albedo_rgb: [f32; 3]) -> SkinToward {
+        SkinToward { albedo_rgb, ..self }
+    }
+
+    /// The part of [`SkinToward::eval`] that has been below the coat and has lost its polarisation there.
+    #[inline]
+    pub fn depolarised(&self, to_light: Vec3) -> [f32; 3] {
+        let ci = self.normal.dot(to_light);
+        if self.face.dot(to_light) <= 0.0 || ci <= 0.0 || self.co <= 0.0 {
+            return [0.0; 3];
+        }
+        let through = self.skin.through(ci) * self.skin.through(self.co) * ci / PI;
+        self.albedo_rgb.map(|a| a * through)
+    }
+
     /// f(ω_i, ω_r) · cos θ_i, linear RGB per steradian.
     #[inline]
     pub fn eval(&self, to_light: Vec3) -> [f32; 3] {
         if self.face.dot(to_light) <= 0.0 {
             return [0.0; 3];
+        }
+        if self.matte {
+            return self.depolarised(to_light);
         }
         let cos = self.normal.dot(to_light);
         self.skin.scatter(self.normal, to_light, self.to_camera, self.albedo_rgb).map(|f| f * cos)

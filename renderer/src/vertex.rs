@@ -5,10 +5,14 @@ use crate::fibre::{FibrePoint, Toward};
 use crate::scene::{RenderScene, fibre_tangent};
 use crate::skin::SkinToward;
 use glam::Vec3;
+use strandbench_scenes::SkinDetail;
+use strandbench_scenes::face::{SkinLook, Tissue};
 use strandbench_types::StrandSet;
 
 /// Rays leave meshes from this far outside, mm: a fifth of a fibre's radius.
-const SURFACE_OFFSET_MM: f32 = 0.008;
+pub(crate) const SURFACE_OFFSET_MM: f32 = 0.008;
+/// Relief is no steeper than this, mm per mm, however much a triangle is squeezed.
+const STEEPEST: f32 = 1.5;
 /// A fibre is passed by the rays that leave it up to this distance, fibre radii.
 const NEAR_RADII: f32 = 4.0;
 
@@ -44,6 +48,16 @@ impl Lobe<'_> {
         match self {
             Lobe::Fibre(f) => f.eval(to_light),
             Lobe::Skin(s) => s.eval(to_light),
+        }
+    }
+
+    /// The part of [`Lobe::eval`] that a cross-polarised camera sees of a polarised light: not what one reflection at
+    /// the surface sends.
+    #[inline]
+    pub fn depolarised(&self, to_light: Vec3) -> [f32; 3] {
+        match self {
+            Lobe::Fibre(f) => f.depolarised(to_light),
+            Lobe::Skin(s) => s.depolarised(to_light),
         }
     }
 
@@ -83,6 +97,16 @@ pub(crate) struct Vertex<'a> {
     pub start: Vec3,
     pub skip: Option<Skip>,
     pub lobe: Lobe<'a>,
+    /// Where on the skin it is, if light may spread below it.
+    pub below: Option<Below>,
+}
+
+/// A place on skin.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Below {
+    pub surface: usize,
+    pub corners: [usize; 3],
+    pub weights: [f32; 3],
 }
 
 impl RenderScene<'_> {
@@ -136,6 +160,7 @@ impl RenderScene<'_> {
                     start: surface.position_mm,
                     skip: Some(Skip { strand, point, near_mm: NEAR_RADII * radius }),
                     lobe: Lobe::Fibre(self.fibre.toward(&at, to_camera)),
+                    below: None,
                 }
             }
             Hit::Mesh { surface: which, triangle, uv, .. } => {
@@ -148,15 +173,48 @@ impl RenderScene<'_> {
                 let corners = [a, b, c].map(|k| s.mesh.vertices[k]);
                 let outward = (corners[1] - corners[0]).cross(corners[2] - corners[0]).dot(face) >= 0.0;
                 let normal = (if outward { smooth } else { -smooth }).try_normalize().unwrap_or(face);
+                let weights = [1.0 - uv[0] - uv[1], uv[0], uv[1]];
+                let (skin, normal, albedo_rgb, below) = match &s.detail {
+                    None => (self.skin, normal, s.albedo_rgb, None),
+                    Some(detail) => {
+                        let below = Below { surface: which as usize, corners: [a, b, c], weights };
+                        let (look, bend) = textured(detail, &below, corners);
+                        let bent =
+                            (normal - if outward { bend } else { -bend }).try_normalize().unwrap_or(normal);
+                        // Where relief turns a slanted surface away altogether, there is none.
+                        let normal = if bent.dot(to_camera) > 0.02 { bent } else { normal };
+                        let below = (detail.tissue == Tissue::Skin).then_some(below);
+                        (self.skin.varied(look.coat, look.roughness), normal, look.albedo_rgb, below)
+                    }
+                };
                 Vertex {
                     surface,
                     start: surface.position_mm + face * SURFACE_OFFSET_MM,
                     skip: None,
-                    lobe: Lobe::Skin(self.skin.toward(normal, face, to_camera, s.albedo_rgb)),
+                    lobe: Lobe::Skin(skin.toward(normal, face, to_camera, albedo_rgb)),
+                    below,
                 }
             }
         }
     }
+}
+
+/// The look of a place on a triangle with these corners now, and the gradient of its relief along the triangle.
+fn textured(detail: &SkinDetail, at: &Below, corners: [Vec3; 3]) -> (SkinLook, Vec3) {
+    let rest = at.corners.map(|k| detail.rest[k]);
+    let mix = |v: [Vec3; 3]| (0..3).map(|k| v[k] * at.weights[k]).sum::<Vec3>();
+    let stubble = (0..3).map(|k| detail.stubble[at.corners[k]] * at.weights[k]).sum();
+    let look = detail.look(mix(rest), stubble);
+    if look.slope == Vec3::ZERO {
+        return (look, Vec3::ZERO);
+    }
+    // The gradient in the plane of the edges now, whose steps along them are those along the edges at rest.
+    let [e, f] = [corners[1] - corners[0], corners[2] - corners[0]];
+    let [by_e, by_f] = [rest[1] - rest[0], rest[2] - rest[0]].map(|r| look.slope.dot(r));
+    let (ee, ef, ff) = (e.dot(e), e.dot(f), f.dot(f));
+    let det = ee * ff - ef * ef;
+    let gradient = (e * (ff * by_e - ef * by_f) + f * (ee * by_f - ef * by_e)) / det;
+    (look, if gradient.is_finite() { gradient.clamp_length_max(STEEPEST) } else { Vec3::ZERO })
 }
 
 /// The direction of a segment alone; +x if it has no length.

@@ -6,9 +6,12 @@ use crate::lens::RayMaker;
 use crate::path::{Draws, Scratch, Walk};
 use crate::sampler::PixelSampler;
 use crate::scene::RenderScene;
+use crate::sensor::noise_variance;
+use crate::skin_light::SkinLight;
 use crate::tile::{Assembly, TILE, Tile};
 use crate::{Render, RenderError, Settings};
 use rayon::prelude::*;
+use std::sync::Arc;
 use std::time::Instant;
 use strandbench_rng::Rng;
 use strandbench_types::{Cancelled, Monitor, SampleHit};
@@ -31,6 +34,7 @@ struct View<'a> {
     height: usize,
     camera: usize,
     seed: u64,
+    light: Option<Arc<SkinLight>>,
 }
 
 impl View<'_> {
@@ -78,13 +82,22 @@ impl View<'_> {
                 depth_mm: depth as f32,
             });
         }
-        let vertex = scene.vertex(&hit, ray.origin, ray.direction);
+        let mut vertex = scene.vertex(&hit, ray.origin, ray.direction);
+        let light = self.light.as_deref();
+        if let Some(glow) = light.and_then(|l| l.beside(&mut vertex)) {
+            // All that scattering would find is in the light below; the coat reflects lights alone.
+            let u = draws.sampler.light(n);
+            // Pixels that need more than the first samples do so for the sake of edges, not of shadows.
+            let all = n < self.settings.samples_per_pixel;
+            let direct = scene.direct_light_on_skin(&vertex, all, u, &self.walk, scratch, &mut tile.work);
+            return (tile.finite(std::array::from_fn(|c| direct[c] + glow[c])), [0.0; 3]);
+        }
         let guide = scene.guide_beside_lights(&vertex, self.walk.first_mix());
         let u = draws.sampler.light(n);
         let direct = scene.direct_light(&vertex, guide.as_ref(), u, &self.walk, scratch, &mut tile.work);
         let more = followed.map_or([0.0; 3], |index| {
             let draws = Draws { index, ..draws };
-            scene.followed_light(vertex, guide, draws, &self.walk, scratch, &mut tile.work)
+            scene.followed_light(vertex, guide, draws, &self.walk, light, scratch, &mut tile.work)
         });
         (tile.finite(direct), tile.finite(more))
     }
@@ -103,7 +116,11 @@ impl View<'_> {
         let sampler = PixelSampler::new(key);
         let weights = scene.sensor.response_rgb;
         let mono = |rgb: &[f32; 3]| (0..3).map(|c| f64::from(rgb[c] * weights[c])).sum::<f64>();
-        let goal = f64::from(self.settings.noise_target * scene.sensor.full_scale_radiance).powi(2);
+        let full = f64::from(scene.sensor.full_scale_radiance);
+        let goal = |mean: f64| match f64::from(self.settings.sensor_noise) {
+            0.0 => (f64::from(self.settings.noise_target) * full).powi(2),
+            share => share * share * full * full * noise_variance(&scene.sensor, mean / full),
+        };
         let (first, most) = (self.settings.samples_per_pixel, self.settings.max_samples_per_pixel);
         let every = self.walk.every;
         let hits_before = tile.hits.len();
@@ -135,7 +152,7 @@ impl View<'_> {
             }
             let variance =
                 if count > 1 { squares / (f64::from(count - 1) * f64::from(count)) } else { f64::INFINITY };
-            if variance <= goal {
+            if variance <= goal(mean) {
                 tile.converged += 1;
                 break variance;
             }
@@ -165,6 +182,16 @@ impl RenderScene<'_> {
     /// balance heuristic weighs them. Lights and the environment are invisible to the camera, which sees the
     /// scene's background, and hide nothing. Film, lens, time, lights and the first scattering are stratified
     /// within the pixel.
+    ///
+    /// With `scatter_mm` in the skin's optics, the light below surfaces that have a detail is worked out first, once for
+    /// all views of the same settings and seed (see [`crate::SkinLight`]).
+    ///
+    /// Of a camera with a filter across that of the lights (`Scene::polarised`) this is modelled: light that one
+    /// reflection at a surface (the skin's coat, a fibre's R) sends from a light or the environment straight into the
+    /// camera keeps its polarisation and is blocked; all other light counts as depolarised and passes. The half of
+    /// depolarised light that a filter takes is left to the exposure: the camera is as bright as one without. Not
+    /// modelled: the little polarisation that TT, TRT, second reflections and light from just below the skin keep, that
+    /// a reflection near Brewster's angle turns the plane, and filters that are not crossed exactly.
     ///
     /// Unbiased but for what is named: scatterings beyond the depth are left out; a pixel stops once its estimated
     /// standard error is below the target, which leaves dim, rarely lit pixels slightly low; a clamp, if set,
@@ -204,7 +231,9 @@ impl RenderScene<'_> {
                     .fold(settings.indirect_every, gcd),
                 most_radiance: settings.clamp * self.scene.sensor.full_scale_radiance,
                 full_scale: self.scene.sensor.full_scale_radiance,
+                polarised: self.scene.polarised.get(camera).copied().unwrap_or(false),
             },
+            light: self.light_below(settings, seed, monitor)?,
             pinhole: maker.is_pinhole(),
             footprint: if maker.is_pinhole() {
                 Footprint::of(self.scene, cam)

@@ -130,6 +130,13 @@ impl Toward<'_> {
         self.eval_pdf(to_light).0
     }
 
+    /// The part of [`Toward::eval`] that has been inside the fibre: all lobes but R.
+    #[inline]
+    pub fn depolarised(&self, to_light: Vec3) -> [f32; 3] {
+        let [_, tt, trt, rest] = self.eval_lobes(to_light);
+        std::array::from_fn(|c| tt[c] + trt[c] + rest[c])
+    }
+
     /// The same, and the density of [`Toward::sample`] per steradian.
     #[inline]
     pub fn eval_pdf(&self, to_light: Vec3) -> ([f32; 3], f32) {

@@ -60,7 +60,9 @@ pub struct Choice {
 }
 
 /// Lights that [`Lights::choose`] weighs against each other; of more, one is drawn blindly.
-pub(crate) const WEIGHED: usize = 8;
+pub(crate) const WEIGHED: usize = 16;
+/// Rooms for fewer lights cost less to fill.
+const FEW: usize = 8;
 
 /// The lights of a scene.
 #[derive(Clone, Debug, Default)]
@@ -157,6 +159,23 @@ impl Lights {
         mix: Mix,
         lobe: impl Fn(Vec3) -> ([f32; 3], f32),
     ) -> [Option<Choice>; DRAWS] {
+        if self.emitters.len() <= FEW || self.emitters.len() > WEIGHED {
+            self.choose_among::<DRAWS, { FEW + 1 }>(u, point, dim, mix, lobe)
+        } else {
+            self.choose_among::<DRAWS, { WEIGHED + 1 }>(u, point, dim, mix, lobe)
+        }
+    }
+
+    /// With room for `ROOM` candidates, the environment in the last.
+    #[inline(always)]
+    fn choose_among<const DRAWS: usize, const ROOM: usize>(
+        &self,
+        u: [f32; 3],
+        point: Vec3,
+        dim: f32,
+        mix: Mix,
+        lobe: impl Fn(Vec3) -> ([f32; 3], f32),
+    ) -> [Option<Choice>; DRAWS] {
         let mut drawn = [None; DRAWS];
         if mix.strategy == Strategy::Scattering {
             return drawn;
@@ -173,7 +192,7 @@ impl Lights {
             }
         };
         let mean = |c: &Choice| c.radiance_rgb.iter().sum::<f32>() * (1.0 / 3.0);
-        let mut candidates = [None; WEIGHED + 1];
+        let mut candidates = [None; ROOM];
         let mut u0 = u[0];
         if self.emitters.len() > WEIGHED {
             let light = self.draw(u0);
@@ -194,7 +213,7 @@ impl Lights {
                 weight_rgb: s.weight_rgb,
                 pdf: s.pdf,
             };
-            candidates[WEIGHED] = Some(candidate(self.emitters.len(), s, false));
+            candidates[ROOM - 1] = Some(candidate(self.emitters.len(), s, false));
         }
         let shares = candidates.map(|c| c.as_ref().map_or(0.0, mean));
         let total: f32 = shares.iter().sum();

@@ -147,8 +147,9 @@ impl Toward<'_> {
         }
     }
 
-    #[inline]
-    fn at(&self, theta_i: f32, (sin_i, cos_i): (f32, f32), phi: f32, cos_2phi_h: f32) -> Value {
+    /// Value of the lobes from `from` on, and density of all.
+    #[inline(always)]
+    fn at(&self, theta_i: f32, (sin_i, cos_i): (f32, f32), phi: f32, cos_2phi_h: f32, from: usize) -> Value {
         let f = self.fibre;
         let theta_d = 0.5 * (self.theta_r - theta_i).abs();
         // |half vector|² needs no difference of near numbers where cos θ_d vanishes.
@@ -171,7 +172,7 @@ impl Toward<'_> {
                 density += self.lobes[p].scale * parts.m[p] * n / energy[p];
             }
             let product = parts.m[p] * parts.n[p] / cos2_d;
-            if product > 0.0 {
+            if product > 0.0 && p >= from {
                 let passed = parts.passed(p, self.absorption);
                 for (v, t) in rgb.iter_mut().zip(passed) {
                     *v += product * t;
@@ -188,23 +189,30 @@ impl Toward<'_> {
     }
 
     #[inline]
-    fn direction(&self, to_light: Vec3) -> (Value, f32) {
+    fn direction(&self, to_light: Vec3, from: usize) -> (Value, f32) {
         let (sin, cos, flat) = self.frame.split(to_light);
         let phi = azimuth(flat.0, flat.1).abs();
-        (self.at(inclination(sin, cos), (sin, cos), phi, self.cos_2phi_h(flat)), cos)
+        (self.at(inclination(sin, cos), (sin, cos), phi, self.cos_2phi_h(flat), from), cos)
     }
 
     /// S · cos θ_i, linear RGB, per steradian.
     #[inline]
     pub fn eval(&self, to_light: Vec3) -> [f32; 3] {
-        let (v, cos) = self.direction(to_light);
+        let (v, cos) = self.direction(to_light, 0);
+        v.rgb.map(|x| x * cos)
+    }
+
+    /// The part of [`Toward::eval`] that has been inside the fibre: all lobes but R.
+    #[inline]
+    pub fn depolarised(&self, to_light: Vec3) -> [f32; 3] {
+        let (v, cos) = self.direction(to_light, 1);
         v.rgb.map(|x| x * cos)
     }
 
     /// S · cos θ_i, and the density of [`Toward::sample`] per steradian.
     #[inline]
     pub fn eval_pdf(&self, to_light: Vec3) -> ([f32; 3], f32) {
-        let (v, cos) = self.direction(to_light);
+        let (v, cos) = self.direction(to_light, 0);
         (v.rgb.map(|x| x * cos), v.density / cos.max(1e-12))
     }
 
@@ -234,7 +242,7 @@ impl Toward<'_> {
         let phi = f.sampler.azimuth(p, 0.5 * (self.theta_r - theta_i).abs(), u[2], u[3])?;
         let (sin_phi, cos_phi) = sin_cos(phi);
         let flat = (cos_phi, sin_phi);
-        let v = self.at(theta_i, (sin, cos), phi.abs(), self.cos_2phi_h(flat));
+        let v = self.at(theta_i, (sin, cos), phi.abs(), self.cos_2phi_h(flat), 0);
         if v.density <= 0.0 {
             return None;
         }

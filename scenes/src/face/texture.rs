@@ -51,16 +51,16 @@ impl Default for SkinTexture {
         SkinTexture {
             seed: 0,
             tone_rgb: [0.52, 0.33, 0.24],
-            mottling: 0.05,
+            mottling: 0.06,
             redness: 0.5,
             lips: 0.7,
-            grain: 0.035,
+            grain: 0.05,
             pore_mm: 0.7,
-            pores: 0.25,
+            pores: 0.35,
             freckles_per_cm2: 1.5,
             moles_per_dm2: 4.0,
             stubble_rgb: [0.16, 0.14, 0.14],
-            relief_mm: 0.03,
+            relief_mm: 0.035,
             iris_rgb: [0.12, 0.16, 0.2],
         }
     }

@@ -59,7 +59,7 @@ fn a_ray_to_a_drawn_point_finds_it_with_its_density_and_the_weights_add_up_to_on
 
 #[test]
 fn drawn_points_add_up_to_all_lights_also_behind_a_screen() {
-    for (n, dim) in [(3, 0.0f32), (3, 0.01), (WEIGHED + 4, 0.0), (WEIGHED + 4, 0.01)] {
+    for (n, dim) in [(3, 0.0f32), (3, 0.01), (WEIGHED - 3, 0.01), (WEIGHED + 4, 0.0), (WEIGHED + 4, 0.01)] {
         let lights = lights(n);
         // Half of the directions are hidden after the draw.
         let seen = |d: Vec3| d.x < 0.2;

@@ -4,5 +4,6 @@ mod closed;
 mod common;
 mod promises;
 mod shadows;
+mod skin;
 mod transport;
 mod witness;

@@ -67,3 +67,43 @@ fn cameras_have_their_own_bits_and_short_strands_none() {
         assert_eq!(Visibility::samples_on(length), samples, "{length} mm at step {VISIBILITY_STEP_MM}");
     }
 }
+
+#[test]
+fn one_camera_after_the_other_sees_what_all_at_once_see() {
+    let (rig, strands, hits) = traced(9);
+    let all = truth(&rig, &strands, None, &hits).unwrap();
+    let text = |v: &[strandbench_types::ViewTruth]| format!("{v:?}");
+    let mut sightings = Sightings::new(&rig, &strands).unwrap();
+    let mut views: Vec<_> =
+        (0..hits.len()).rev().map(|c| sightings.add(c, &hits[c].clone()).unwrap()).collect();
+    views.reverse();
+    let e = sightings.add(1, &hits[1]).unwrap_err().to_string();
+    assert!(e.contains("camera b comes twice"), "{e}");
+    let e = sightings.add(9, &hits[1]).unwrap_err().to_string();
+    assert!(e.contains("there is none with index 9"), "{e}");
+    assert_eq!((sightings.finish(), text(&views)), (all.visibility.clone(), text(&all.views)));
+    // A faulty buffer leaves no trace.
+    let mut sightings = Sightings::new(&rig, &strands).unwrap();
+    let mut bad = hits[0].clone();
+    bad.hits.last_mut().unwrap().along = 2.0;
+    assert!(sightings.add(0, &bad).is_err());
+    sightings.add(1, &hits[1]).unwrap();
+    sightings.add(0, &hits[0]).unwrap();
+    assert_eq!(sightings.finish(), all.visibility);
+    // By counting: a sample is seen where its hits cover a twentieth of a pixel.
+    for (c, b) in hits.iter().enumerate() {
+        let mut covered = vec![0.0f64; all.visibility.seen_by.len()];
+        for (i, h) in (0..b.rays.len()).flat_map(|i| b.pixel(i).iter().map(move |h| (i, h))) {
+            let points = strands.strand(h.strand as usize);
+            let before: f64 =
+                points[..=h.segment as usize].windows(2).map(|w| f64::from(w[0].distance(w[1]))).sum();
+            let own = f64::from(points[h.segment as usize].distance(points[h.segment as usize + 1]));
+            let of = &all.visibility.offsets[h.strand as usize..];
+            let k = of[0] + ((before + f64::from(h.along) * own) / 0.5) as u32;
+            covered[k.min(of[1] - 1) as usize] += 1.0 / f64::from(b.rays[i]);
+        }
+        for (seen, covered) in all.visibility.seen_by.iter().zip(covered) {
+            assert_eq!(seen >> c & 1 == 1, covered > 0.05 - 1e-9);
+        }
+    }
+}

@@ -2,7 +2,7 @@
 
 use super::*;
 use glam::DVec2;
-use strandbench_types::{DepthMap, FaceView, FirstHit, FlowState, LABEL_HAIR, LABEL_SKIN};
+use strandbench_types::{DepthMap, FaceView, FirstHit, FlowState, LABEL_HAIR, LABEL_SKIN, Sight};
 
 fn centre(i: usize, w: usize) -> DVec2 {
     DVec2::new((i % w) as f64 + 0.5, (i / w) as f64 + 0.5)
@@ -249,4 +249,42 @@ fn a_fibre_that_bends_keeps_a_points_distance_from_its_axis_and_place_along_it()
         }
     }
     assert!(turned > 1000);
+}
+
+#[test]
+fn states_say_what_the_reference_frame_hides_with_hair_and_without() {
+    let (there, here) = (PAIR.reference.refs(), PAIR.now.refs());
+    let (reference, now) = (moment(&PAIR.reference, &there), moment(&PAIR.now, &here));
+    let none = StrandSet::new();
+    let all = Probe::new(&PAIR.reference.strands, &there).unwrap();
+    let bare = Probe::new(&none, &there).unwrap();
+    let mut count = [[0usize; 4]; 2];
+    for (c, v, _) in VIEWS.iter() {
+        let w = c.width as usize;
+        for (k, (plane, flow, sight)) in
+            [(&v.seen, &v.flow, &all), (&v.bare, &v.bare_flow, &bare)].into_iter().enumerate()
+        {
+            for i in (0..w * w).step_by(5) {
+                let want = match plane.depth.get_index(i) {
+                    None => FlowState::Absent,
+                    Some(z) => {
+                        let (place, hit) = (c.unproject(centre(i, w), f64::from(z)), plane.hits.data[i]);
+                        let to = carry(&now, &reference, place, hit).unwrap();
+                        match c.project(to).unwrap().0 {
+                            px if px.min_element() < 0.0 || px.max_element() >= w as f64 => {
+                                FlowState::Outside
+                            }
+                            _ if sight.sees(c, to, hit.element().unwrap()) => FlowState::Seen,
+                            _ => FlowState::Occluded,
+                        }
+                    }
+                };
+                assert_eq!(flow.state.data[i], want, "pixel {i} of {}, planes {k}", c.name);
+                count[k][want as usize] += 1;
+            }
+        }
+    }
+    // The window shows something everywhere. Hair hides more.
+    assert!(count.iter().all(|n| n[1] > 1000 && n[2] > 5 && n[3] > 1000), "{count:?}");
+    assert!(count[0][2] > 100 * count[1][2], "{count:?}");
 }

@@ -235,3 +235,42 @@ fn vertices_under_hair_are_told_from_bare_ones() {
     }
     assert!(hidden > 100 && seen > 100 && unclear * 20 < hidden + seen, "{hidden} {seen} {unclear}");
 }
+
+#[test]
+fn the_first_hit_is_the_nearest_of_all() {
+    let (strands, mesh) = thicket();
+    let probe = Probe::new(&strands, &[&mesh]).unwrap();
+    let c = Camera::look_at("c", (61, 53), 1100.0, DVec3::new(90.0, 40.0, 500.0), DVec3::ZERO, DVec3::NEG_Y);
+    let plane = probe.first_hits(&c, &Silent).unwrap();
+    let (eye, mut met) = (c.centre_mm(), [0; 3]);
+    let axes: Vec<[DVec3; 2]> = strands
+        .iter()
+        .flat_map(|s| s.windows(2).map(|w| [w[0].as_dvec3(), w[1].as_dvec3()]).collect::<Vec<_>>())
+        .collect();
+    for i in 0..61 * 53 {
+        let d = c.ray_direction(glam::DVec2::new((i % 61) as f64 + 0.5, (i / 61) as f64 + 0.5));
+        let z = plane.depth.get_index(i).map(f64::from);
+        // Up to what is met, or through all, the ray is clear but for rounding.
+        let ray = [eye, eye + d * (z.unwrap_or(1000.0) - strandbench_renderer::NEAR_MM)];
+        let reach = axes.iter().map(|s| 0.25 - gap(ray, *s)).fold(f64::MIN, f64::max);
+        let crossed = |t: &[u32; 3]| crossing(ray, t.map(|i| mesh.vertices[i as usize].as_dvec3()));
+        let inside = mesh.triangles.iter().filter_map(crossed).fold(f64::MIN, f64::max);
+        assert!(reach < 2e-4 && inside < 2e-4, "pixel {i}: {reach} mm, {inside}, {:?}", plane.hits.data[i]);
+        met[match plane.hits.data[i] {
+            strandbench_types::FirstHit::Nothing => 0,
+            strandbench_types::FirstHit::Fibre { .. } => 1,
+            strandbench_types::FirstHit::Mesh { .. } => 2,
+        }] += 1;
+        // And what is met is there.
+        if let Some(z) = z {
+            let beyond = [eye, eye + d * (z + 2e-4)];
+            let touched = axes.iter().any(|s| gap(beyond, *s) < 0.25 + 2e-4)
+                || mesh.triangles.iter().any(|t| {
+                    crossing(beyond, t.map(|i| mesh.vertices[i as usize].as_dvec3()))
+                        .is_some_and(|w| w > -2e-4)
+                });
+            assert!(touched, "pixel {i}: nothing at {z} mm");
+        }
+    }
+    assert!(met.iter().all(|&n| n > 100), "{met:?}");
+}

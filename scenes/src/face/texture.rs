@@ -51,7 +51,7 @@ impl Default for SkinTexture {
         SkinTexture {
             seed: 0,
             tone_rgb: [0.52, 0.33, 0.24],
-            mottling: 0.06,
+            mottling: 0.045,
             redness: 0.5,
             lips: 0.7,
             grain: 0.05,
@@ -142,7 +142,7 @@ impl SkinDetail {
                 return Err(FaceError::Value { key, value: count as f64, low: n, high: n });
             }
         }
-        let far = |p: &Vec3| !(p.abs().max_element() <= 1e4);
+        let far = |p: &Vec3| !p.is_finite() || p.abs().max_element() > 1e4;
         if let Some(p) = self.rest.iter().find(|p| far(p)) {
             let value = f64::from(p.abs().max_element());
             return Err(FaceError::Value { key: "skin_texture.rest", value, low: -1e4, high: 1e4 });

@@ -6,8 +6,8 @@ use crate::groom::ramp;
 use glam::Vec3;
 
 /// Radii about the axis of sight, mm, on the embedded face's eyeballs, which are a third larger than real ones.
-const IRIS_MM: f32 = 7.2;
-const PUPIL_MM: f32 = 2.9;
+const IRIS_MM: f32 = 6.8;
+const PUPIL_MM: f32 = 2.3;
 const SCLERA_RGB: [f32; 3] = [0.62, 0.55, 0.51];
 const PUPIL_RGB: [f32; 3] = [0.004; 3];
 /// The cornea is smooth: its roughness against skin's.

@@ -33,9 +33,9 @@ const ROOT_MM: f32 = 0.6;
 /// Cells are turned against the face's axes: a plane along a cell's side would cut the same part of every cell, and
 /// curved skin would show rings.
 const TURN: Mat3 = Mat3::from_cols(
-    Vec3::new(0.60169783, 0.30564198, -0.73793137),
-    Vec3::new(0.00569144, 0.92222391, 0.38661436),
-    Vec3::new(0.79870353, -0.23682491, 0.55316058),
+    Vec3::new(0.601_697_8, 0.305_641_98, -0.737_931_4),
+    Vec3::new(0.005_691_44, 0.922_223_9, 0.386_614_35),
+    Vec3::new(0.798_703_55, -0.236_824_91, 0.553_160_6),
 );
 
 fn key(texture: &SkinTexture, stream: u64) -> u64 {
@@ -78,8 +78,8 @@ pub(super) fn look(t: &SkinTexture, p: Vec3, stubble: f32) -> SkinLook {
     let mole_depth = (mole.depth * 3.0).min(1.0);
     let mole_tone = 0.6 + (mole.bits >> 60) as f32 * 0.05;
 
-    let blood = t.redness * 0.34 * regions::flush(p) + t.lips * 0.55 * lips + t.mottling * 0.75 * blotch;
-    let melanin = t.mottling * 0.66 * spot
+    let blood = t.redness * 0.34 * regions::flush(p) + t.lips * 0.55 * lips + t.mottling * 0.6 * blotch;
+    let melanin = t.mottling * 0.8 * spot
         + 0.16 * regions::orbit(p)
         + 0.35 * freckle.depth
         + 1.1 * mole_tone * mole_depth;

@@ -152,7 +152,7 @@ fn what_is_out_of_range_is_named() {
     let d = SkinDetail::skin(SkinTexture::default(), vec![Vec3::ZERO; 3], vec![0.0; 3]);
     d.check(3).unwrap();
     assert!(d.check(4).unwrap_err().to_string().contains("rest"));
-    let nan = SkinDetail { rest: vec![Vec3::NAN; 3], ..d.clone() };
+    let nan = SkinDetail { rest: vec![Vec3::ZERO, Vec3::new(0.0, f32::NAN, 0.0), Vec3::ZERO], ..d.clone() };
     assert!(nan.check(3).unwrap_err().to_string().contains("rest"));
     let hairy = SkinDetail { stubble: vec![0.0, 2.0, 0.0], ..d };
     assert!(hairy.check(3).unwrap_err().to_string().contains("stubble"));

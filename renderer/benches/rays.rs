@@ -9,6 +9,7 @@ use glam::{DVec2, Vec3};
 use std::hint::black_box;
 use strandbench_renderer::accel::{Accel, Hit, LastBlockers, Skip};
 use strandbench_renderer::{Lights, RenderScene, Settings};
+use strandbench_scenes::{SkinDetail, SkinTexture};
 use strandbench_types::Silent;
 
 fn rays(c: &mut Criterion) {
@@ -88,5 +89,21 @@ fn view(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, rays, view);
+/// Places of skin looked up a second, on one thread.
+fn skin(c: &mut Criterion) {
+    let detail = SkinDetail::skin(SkinTexture::default(), Vec::new(), Vec::new());
+    let places: Vec<Vec3> = (0..10_000)
+        .map(|i| Vec3::new(0.011 * (i % 100) as f32 - 7.3, 20.0 + 0.013 * (i / 100) as f32, 111.0))
+        .collect();
+    let mut group = c.benchmark_group("skin");
+    group.throughput(Throughput::Elements(places.len() as u64));
+    for stubble in [0.0, 0.7] {
+        group.bench_function(format!("look, stubble {stubble}"), |b| {
+            b.iter(|| places.iter().map(|&p| detail.look(p, stubble).albedo_rgb[1]).sum::<f32>());
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, rays, view, skin);
 criterion_main!(benches);

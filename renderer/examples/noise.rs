@@ -8,7 +8,7 @@
 
 use std::process::ExitCode;
 use std::time::Instant;
-use strandbench_renderer::{Render, RenderScene, Settings};
+use strandbench_renderer::{Render, RenderScene, Settings, noise_variance};
 use strandbench_scenes::{Sensor, build, catalog};
 use strandbench_types::Silent;
 
@@ -25,13 +25,6 @@ fn peak() -> String {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find(|l| l.starts_with("VmHWM")).unwrap_or_default();
     line.split_once(':').map_or(String::new(), |l| format!(", peak memory {}", l.1.trim()))
-}
-
-/// Variance of the sensor's noise at a signal, both relative to full scale.
-fn sensor_variance(s: &Sensor, signal: f64) -> f64 {
-    let well = f64::from(s.full_well_e);
-    let step = 1.0 / (2f64.powi(s.bits as i32) - 1.0);
-    signal / well + (f64::from(s.read_noise_e) / well).powi(2) + step * step / 12.0
 }
 
 struct Noise {
@@ -59,7 +52,7 @@ fn noise(a: &Render, b: &Render, s: &Sensor) -> Noise {
         n += 1.0;
         sums[0] += 0.5 * (x - y).powi(2);
         sums[1] += 0.5 * f64::from(a.variance.data[i] + b.variance.data[i]) / (full * full);
-        sums[2] += sensor_variance(s, signal);
+        sums[2] += noise_variance(s, signal);
         sums[3] += signal;
     }
     let rms = |v: f64| (v / n).sqrt();

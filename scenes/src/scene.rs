@@ -315,7 +315,7 @@ pub struct Scene {
     pub lens: Option<Lens>,
     /// Motion of the rig during the exposure.
     pub motion: RigMotion,
-    /// Which cameras have a polarising filter crossed with those of the lights, indexed [camera]; empty if none has.
+    /// Which cameras have a polarising filter crossed with those of the lights, indexed `[camera]`; empty if none has.
     pub polarised: Vec<bool>,
     /// The cameras' response and faults.
     pub sensor: Sensor,

@@ -1,5 +1,6 @@
 //! Light below the skin: irradiance on the mesh, spread as skin spreads it, shared by all views of a frame.
 
+mod patch;
 mod spread;
 #[cfg(test)]
 mod tests;
@@ -11,12 +12,13 @@ use crate::scene::RenderScene;
 use crate::vertex::{Lobe, SURFACE_OFFSET_MM, SurfacePoint, Vertex};
 use crate::{RenderError, Settings};
 use glam::Vec3;
+use patch::{Patches, hat};
 use rayon::prelude::*;
 use spread::Sheet;
 use std::sync::Arc;
 use strandbench_rng::Rng;
 use strandbench_scenes::face::Tissue;
-use strandbench_types::{Cancelled, Monitor, TriMesh};
+use strandbench_types::{Cancelled, Monitor};
 
 /// Skin's diffusion profile as a sum of Gaussians (d'Eon, Luebke and Enderton 2007, Figure 12): variance in mm², and
 /// weights of red, green and blue, which sum to 1 over the Gaussians.
@@ -61,7 +63,7 @@ pub(crate) struct GlowKey {
 /// below the skin (it is that of the place where light leaves). Single scattering is within the narrowest Gaussian.
 #[derive(Clone, Debug)]
 pub struct SkinLight {
-    /// Indexed [surface]; nothing for those without skin.
+    /// Indexed `[surface]`; nothing for those without skin.
     surfaces: Vec<Option<Glow>>,
     /// Part of direct light that leaves where it enters, linear RGB.
     local: [f32; 3],
@@ -69,7 +71,7 @@ pub struct SkinLight {
     pub(crate) rays: u64,
 }
 
-/// In units of radiance below a white, uncoated surface (irradiance over π), linear RGB, indexed [vertex].
+/// In units of radiance below a white, uncoated surface (irradiance over π), linear RGB, indexed `[vertex]`.
 #[derive(Clone, Debug)]
 struct Glow {
     /// All but the local part of direct light.
@@ -104,53 +106,6 @@ impl SkinLight {
         let (albedo, out) = (skin.albedo_rgb(), skin.through_out());
         Some(std::array::from_fn(|c| albedo[c] * out * light[c]))
     }
-}
-
-/// Triangles around each vertex: running areas and triangle, ranges by vertex.
-struct Patches {
-    starts: Vec<u32>,
-    of: Vec<(f32, u32)>,
-}
-
-impl Patches {
-    fn new(mesh: &TriMesh) -> Patches {
-        let mut starts = vec![0u32; mesh.vertices.len() + 1];
-        mesh.triangles.iter().flatten().for_each(|&v| starts[v as usize + 1] += 1);
-        for i in 1..starts.len() {
-            starts[i] += starts[i - 1];
-        }
-        let mut next = starts.clone();
-        let mut of = vec![(0.0, 0); mesh.triangles.len() * 3];
-        for (i, t) in mesh.triangles.iter().enumerate() {
-            let [a, b, c] = t.map(|k| mesh.vertices[k as usize]);
-            let area = (b - a).cross(c - a).length();
-            for &v in t {
-                of[next[v as usize] as usize] = (area, i as u32);
-                next[v as usize] += 1;
-            }
-        }
-        for w in starts.windows(2) {
-            let mut sum = 0.0;
-            for (area, _) in &mut of[w[0] as usize..w[1] as usize] {
-                sum += *area;
-                *area = sum;
-            }
-        }
-        Patches { starts, of }
-    }
-
-    /// A triangle around the vertex in proportion to area; `None` if there is none with an area.
-    fn draw(&self, vertex: usize, u: f32) -> Option<usize> {
-        let around = &self.of[self.starts[vertex] as usize..self.starts[vertex + 1] as usize];
-        let total = around.last()?.0;
-        let i = around.partition_point(|a| a.0 <= u * total).min(around.len() - 1);
-        (total > 0.0).then_some(around[i].1 as usize)
-    }
-}
-
-/// Weight of the corner whose hat function is the density over a triangle: of density 6 b (1 - b), from its inverse.
-fn hat(u: f32) -> f32 {
-    0.5 - libm::sinf(libm::asinf((1.0 - 2.0 * u).clamp(-1.0, 1.0)) / 3.0)
 }
 
 impl RenderScene<'_> {

@@ -80,10 +80,10 @@ pub enum Tissue {
 pub struct SkinDetail {
     /// The pattern.
     pub texture: SkinTexture,
-    /// Place of each vertex on the mean neutral face, mm, indexed [vertex]: the pattern's coordinates, the same for
+    /// Place of each vertex on the mean neutral face, mm, indexed `[vertex]`: the pattern's coordinates, the same for
     /// all identities, poses and frames.
     pub rest: Vec<Vec3>,
-    /// How much hair roots darken the skin, 0..1, indexed [vertex].
+    /// How much hair roots darken the skin, 0..1, indexed `[vertex]`.
     pub stubble: Vec<f32>,
     /// What it is.
     pub tissue: Tissue,

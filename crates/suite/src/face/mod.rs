@@ -29,13 +29,18 @@ use crate::SuiteError;
 use crate::settings::{Setting, render_settings_from};
 use strandbench_renderer::Settings;
 
-/// Sampling of a face, with the overrides of [`crate::Part::Render`] applied. Skin needs few rays beside hair from afar:
-/// the defaults are other ones than those of [`crate::render_settings`].
+/// Sampling of a face, with the overrides of [`crate::Part::Render`] applied. The defaults are other ones than those of
+/// [`crate::render_settings`]: as many rays as bring a pixel's error below the sensor's own noise, up to 64.
 ///
 /// # Errors
 /// If a key is unknown or a value does not fit.
 pub fn settings(settings: &[Setting]) -> Result<Settings, SuiteError> {
-    let defaults =
-        Settings { samples_per_pixel: 8, max_samples_per_pixel: 8, depth: 4, ..Settings::default() };
+    let defaults = Settings {
+        samples_per_pixel: 8,
+        max_samples_per_pixel: 64,
+        sensor_noise: 1.0,
+        depth: 4,
+        ..Settings::default()
+    };
     render_settings_from(defaults, settings)
 }

@@ -157,6 +157,11 @@ impl Shooter<'_> {
         let now = Probes::new(&poses[middle], &meshes, &bald).map_err(render)?;
         let mut truth = FrameTruth::new(self, &poses[middle], now)?;
         let share = self.share(poses.len());
+        let clock = Instant::now();
+        for (k, traced) in traced.iter().enumerate() {
+            traced.prepare(&share, pose_seed(own_seed, k), progress).map_err(render)?;
+        }
+        let skin_light_s = clock.elapsed().as_secs_f64();
         let previews = Previews::new(dir, scene, &self.stage.hair.kinds)?;
         let frame_dir = dir.join(FRAME);
         make(&frame_dir)?;
@@ -165,8 +170,7 @@ impl Shooter<'_> {
             let mut sum: Option<Plane<[f32; 3]>> = None;
             let mut hits: Option<SampleHits> = None;
             for (k, traced) in traced.iter().enumerate() {
-                let key = Rng::keyed(&[own_seed, k as u64]).next_u64();
-                let made = traced.render(c, &share, key, progress).map_err(render)?;
+                let made = traced.render(c, &share, pose_seed(own_seed, k), progress).map_err(render)?;
                 progress.check()?;
                 match &mut sum {
                     None => sum = Some(made.radiance_rgb),
@@ -203,7 +207,7 @@ impl Shooter<'_> {
             hairs: scene.strands.len(),
             kinds: kinds.filter(|k| k.1 > 0).collect(),
             skin_vertices: scene.surfaces[0].mesh.vertices.len(),
-            skin_light_s: 0.0,
+            skin_light_s,
             truth_s,
             views,
         };
@@ -220,6 +224,11 @@ impl Shooter<'_> {
             ..s.clone()
         }
     }
+}
+
+/// Seed of the sampling of one pose of a frame.
+fn pose_seed(frame: u64, pose: usize) -> u64 {
+    Rng::keyed(&[frame, pose as u64]).next_u64()
 }
 
 fn add(sum: &mut Plane<[f32; 3]>, more: &Plane<[f32; 3]>) {

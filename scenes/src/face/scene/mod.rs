@@ -14,7 +14,8 @@ pub use stage::{FaceMoment, FaceStage};
 use super::{FaceSpec, FacialHairSpec, SkinTexture};
 use crate::spec::checked;
 use crate::{FibreOptics, SceneError, Sensor, SkinOptics};
-use serde::{Deserialize, Serialize};
+use serde::de::{DeserializeOwned, Error as _};
+use serde::{Deserialize, Deserializer, Serialize};
 use std::path::Path;
 
 /// A face's scene as its TOML file states it: the table `[face]` tells it from a scene of hair.
@@ -43,8 +44,8 @@ pub struct FaceScene {
     /// Pattern of the skin.
     #[serde(default)]
     pub skin_texture: SkinTexture,
-    /// Optics of skin.
-    #[serde(default)]
+    /// Optics of skin; a table that states some values leaves the others as they are for faces.
+    #[serde(default = "skin", deserialize_with = "skin_but")]
     pub skin: SkinOptics,
     /// Optics of the fibres.
     #[serde(default)]
@@ -70,12 +71,30 @@ fn sensor() -> Sensor {
     Sensor { full_scale_radiance, response_rgb, vignetting: 0.03, gain_spread: 0.01, ..Sensor::default() }
 }
 
+/// Light spreads below the skin as far as d'Eon et al. 2007 measured.
+fn skin() -> SkinOptics {
+    SkinOptics { scatter_mm: 2.72, ..SkinOptics::default() }
+}
+
 /// A sensor whose values that are not stated are those of [`sensor`].
-fn sensor_but<'de, D: serde::Deserializer<'de>>(stated: D) -> Result<Sensor, D::Error> {
+fn sensor_but<'de, D: Deserializer<'de>>(stated: D) -> Result<Sensor, D::Error> {
+    stated_over(&sensor(), stated)
+}
+
+/// Skin whose values that are not stated are those of [`skin`].
+fn skin_but<'de, D: Deserializer<'de>>(stated: D) -> Result<SkinOptics, D::Error> {
+    stated_over(&skin(), stated)
+}
+
+/// A table's values, and of those that it does not state the usual ones.
+fn stated_over<'de, T: Serialize + DeserializeOwned, D: Deserializer<'de>>(
+    usual: &T,
+    stated: D,
+) -> Result<T, D::Error> {
     let stated = toml::Table::deserialize(stated)?;
-    let mut whole = toml::Table::try_from(sensor()).map_err(serde::de::Error::custom)?;
+    let mut whole = toml::Table::try_from(usual).map_err(D::Error::custom)?;
     whole.extend(stated);
-    whole.try_into().map_err(|e: toml::de::Error| serde::de::Error::custom(e.message()))
+    whole.try_into().map_err(|e: toml::de::Error| D::Error::custom(e.message()))
 }
 
 impl FaceScene {

@@ -1,6 +1,6 @@
 //! Renders one camera's view of a face of the catalogue, or of a scene file, to look at.
 //!
-//! `beards OUT.png SCENE [CAMERA] [WIDTH_PX] [TIME_S] [SAMPLES] [PIXEL_MM X Y Z]`
+//! `face_view OUT.png SCENE [CAMERA] [WIDTH_PX] [TIME_S] [SAMPLES] [PIXEL_MM X Y Z]`
 //!
 //! CAMERA is a name of the rig (`front-up-a`, `left-a`, `hair-left`, ...). With PIXEL_MM the view is a close-up of that scale at
 //! the point X Y Z, mm.
@@ -23,7 +23,7 @@ fn run() -> Result<(), String> {
     };
     let (Some(out), Some(name)) = (args.first(), args.get(1)) else {
         return Err(
-            "usage: beards OUT.png SCENE [CAMERA] [WIDTH_PX] [TIME_S] [SAMPLES] [PIXEL_MM X Y Z]".into()
+            "usage: face_view OUT.png SCENE [CAMERA] [WIDTH_PX] [TIME_S] [SAMPLES] [PIXEL_MM X Y Z]".into()
         );
     };
     let text = match catalog().iter().find(|e| e.name == name) {
@@ -71,7 +71,7 @@ fn main() -> std::process::ExitCode {
     match run() {
         Ok(()) => std::process::ExitCode::SUCCESS,
         Err(e) => {
-            eprintln!("beards: {e}");
+            eprintln!("face_view: {e}");
             std::process::ExitCode::FAILURE
         }
     }

@@ -1,9 +1,9 @@
 //! First hits through the pixels' centres, and what hides what: geometry alone, without lens, light or time.
 
-use crate::RenderError;
 use crate::accel::{Accel, Hit, Skip};
 use crate::cone::RoundCone;
 use crate::lens::RayMaker;
+use crate::{RenderError, RenderScene};
 use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 use strandbench_scenes::RigMotion;
@@ -22,7 +22,13 @@ const BAND: usize = 8;
 pub struct Probe<'a> {
     strands: &'a StrandSet,
     meshes: Vec<&'a TriMesh>,
-    accel: Option<Accel>,
+    tree: Tree<'a>,
+}
+
+enum Tree<'a> {
+    None,
+    Own(Accel),
+    Shared(&'a Accel),
 }
 
 impl<'a> Probe<'a> {
@@ -36,8 +42,22 @@ impl<'a> Probe<'a> {
             m.validate().map_err(|e| RenderError::Scene(format!("surface {i}: {e}")))?;
         }
         let empty = strands.is_empty() && meshes.iter().all(|m| m.triangles.is_empty());
-        let accel = if empty { None } else { Some(Accel::new(strands, meshes)?) };
-        Ok(Probe { strands, meshes: meshes.to_vec(), accel })
+        let tree = if empty { Tree::None } else { Tree::Own(Accel::new(strands, meshes)?) };
+        Ok(Probe { strands, meshes: meshes.to_vec(), tree })
+    }
+
+    /// With the tree of a scene that is rendered too.
+    pub fn of(scene: &'a RenderScene<'a>) -> Probe<'a> {
+        let meshes = scene.scene.surfaces.iter().map(|s| &s.mesh).collect();
+        Probe { strands: &scene.scene.strands, meshes, tree: Tree::Shared(&scene.accel) }
+    }
+
+    fn accel(&self) -> Option<&Accel> {
+        match &self.tree {
+            Tree::None => None,
+            Tree::Own(accel) => Some(accel),
+            Tree::Shared(accel) => Some(accel),
+        }
     }
 
     /// The first hit through each pixel's centre, all rows in parallel; nothing but the result is held.
@@ -84,7 +104,10 @@ impl<'a> Probe<'a> {
         let (w, h) = (camera.width as usize, camera.height as usize);
         let mut hits = Plane::filled(w, h, FirstHit::Nothing);
         let mut depth = Plane::filled(w, h, f32::NAN);
-        let rays = self.rays(camera);
+        let still = RigMotion::default();
+        let rays = self
+            .accel()
+            .map(|accel| (accel, RayMaker::new(camera, None, &still, 0.0, accel.bounding_sphere())));
         let eye = camera.centre_mm();
         let bands = hits.data.par_chunks_mut(BAND * w).zip(depth.data.par_chunks_mut(BAND * w));
         bands.enumerate().try_for_each(|(band, (hits, depth))| {
@@ -93,10 +116,10 @@ impl<'a> Probe<'a> {
                 let i = band * BAND * w + k;
                 if let Some(known) = known(i) {
                     (*hit, *z) = known;
-                } else if let Some(rays) = &rays {
+                } else if let Some((accel, maker)) = &rays {
                     let pixel = DVec2::new((i % w) as f64 + 0.5, (i / w) as f64 + 0.5);
-                    let met = rays.1.closest(rays.0.ray(pixel.x, pixel.y));
-                    if let Some(met) = met {
+                    let ray = maker.ray(pixel.x, pixel.y);
+                    if let Some(met) = accel.closest(ray.origin, ray.direction) {
                         let d = camera.ray_direction(pixel);
                         let (exact, far) = self.exact(eye, d, met);
                         (*hit, *z) = (exact, far as f32);
@@ -106,12 +129,6 @@ impl<'a> Probe<'a> {
             Ok::<(), RenderError>(())
         })?;
         Ok(HitPlane { hits, depth: DepthMap::from_raw(depth) })
-    }
-
-    fn rays(&self, camera: &Camera) -> Option<(RayMaker, Caster<'_>)> {
-        let accel = self.accel.as_ref()?;
-        let maker = RayMaker::new(camera, None, &RigMotion::default(), 0.0, accel.bounding_sphere());
-        Some((maker, Caster(accel)))
     }
 
     /// Where on the element the ray from `eye` meets it; `d` has depth 1, so that its parameter is the depth.
@@ -146,16 +163,6 @@ impl<'a> Probe<'a> {
     }
 }
 
-/// A tree and the rays that start where they may first meet it.
-struct Caster<'a>(&'a Accel);
-
-impl Caster<'_> {
-    #[inline]
-    fn closest(&self, ray: crate::lens::CameraRay) -> Option<Hit> {
-        self.0.closest(ray.origin, ray.direction)
-    }
-}
-
 fn corners(mesh: &TriMesh, triangle: u32) -> [DVec3; 3] {
     mesh.triangles[triangle as usize].map(|k| mesh.vertices[k as usize].as_dvec3())
 }
@@ -180,7 +187,7 @@ impl Sight for Probe<'_> {
     /// not hide the place: a place on a fibre is seen from all round the fibre. Nor does what lies within [`NEAR_MM`] of
     /// it, or, of the own strand, within three radii.
     fn sees(&self, camera: &Camera, place: DVec3, element: Element) -> bool {
-        let Some(accel) = &self.accel else { return true };
+        let Some(accel) = self.accel() else { return true };
         let eye = camera.centre_mm();
         let to = place - eye;
         let distance = to.length();

@@ -69,3 +69,34 @@ fn columns<'a, const N: usize>(vertex: &'a Element, names: [&str; N]) -> Parsed<
     }
     Ok(out)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_that_are_no_index_are_refused_whatever_their_type_in_the_file() {
+        let text = |kind: &str, triangle: &str, row: &str| {
+            format!(
+                "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n\
+                 property {triangle} triangle\nproperty float b0\nproperty float b1\nproperty float b2\n\
+                 property float length_mm\nproperty {kind} kind\nproperty float density_per_cm2\nend_header\n{row}\n"
+            )
+        };
+        let said = |kind: &str, triangle: &str, row: &str| {
+            parse_hair_roots(text(kind, triangle, row).as_bytes()).map_err(|e| e.to_string())
+        };
+        assert_eq!(said("int", "int", "1 2 3 7 0.2 0.3 0.5 4 255 30").unwrap()[0].kind, 255);
+        for (row, fault) in [
+            ("1 2 3 7 0.2 0.3 0.5 4 256 30", "root 0: kind is 256"),
+            ("1 2 3 7 0.2 0.3 0.5 4 -1 30", "root 0: kind is -1"),
+            ("1 2 3 -7 0.2 0.3 0.5 4 1 30", "root 0: triangle is -7"),
+        ] {
+            assert!(said("int", "int", row).unwrap_err().contains(fault), "{row}");
+        }
+        let e = said("float", "double", "1 2 3 7.5 0.2 0.3 0.5 4 1 30").unwrap_err();
+        assert!(e.contains("triangle is 7.5"), "{e}");
+        let lacks = text("int", "int", "").replace("length_mm", "length");
+        assert!(parse_hair_roots(lacks.as_bytes()).is_err());
+    }
+}

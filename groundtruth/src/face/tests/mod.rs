@@ -131,3 +131,9 @@ fn planes(shot: &Shot, camera: &Camera) -> (HitPlane, HitPlane) {
 fn moment<'a>(shot: &'a Shot, meshes: &'a [&'a TriMesh]) -> Moment<'a> {
     Moment { strands: &shot.strands, meshes, follicle_axes: &shot.axes }
 }
+
+/// The point of a segment nearest to `p`.
+fn foot(p: DVec3, [a, b]: [DVec3; 2]) -> DVec3 {
+    let u = b - a;
+    a + u * ((p - a).dot(u) / u.length_squared()).clamp(0.0, 1.0)
+}

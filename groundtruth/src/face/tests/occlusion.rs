@@ -6,10 +6,6 @@ use strandbench_types::{Element, Sight, SkinCover};
 /// Least distance between two segments: candidates are the ends' feet and where the lines are nearest (Ericson, Real-Time
 /// Collision Detection, 5.1.9, gives the conditions; here all candidates are tried).
 fn gap([a, b]: [DVec3; 2], [c, d]: [DVec3; 2]) -> f64 {
-    let foot = |p: DVec3, [a, b]: [DVec3; 2]| {
-        let u = b - a;
-        a + u * ((p - a).dot(u) / u.length_squared()).clamp(0.0, 1.0)
-    };
     let ends = [
         a.distance(foot(a, [c, d])),
         b.distance(foot(b, [c, d])),
@@ -191,11 +187,7 @@ fn vertices_under_hair_are_told_from_bare_ones() {
     for (v, p) in skin.vertices.iter().enumerate().step_by(11) {
         assert_eq!(sightings.seen_by[v] & !sightings.bare_seen_by[v], 0, "hair does not uncover");
         let p = p.as_dvec3();
-        let brute = segments
-            .iter()
-            .map(|(s, _)| strandbench_types::nearest::point_to_segment_squared(p, s))
-            .fold(f64::MAX, f64::min)
-            .sqrt();
+        let brute = segments.iter().map(|(s, _)| p.distance(foot(p, *s))).fold(f64::MAX, f64::min);
         let blocked = sightings.seen_by[v] != sightings.bare_seen_by[v];
         match cover[v] {
             SkinCover::Under => assert!(brute <= UNDER_MM || blocked),
@@ -273,4 +265,53 @@ fn the_first_hit_is_the_nearest_of_all() {
         }
     }
     assert!(met.iter().all(|&n| n > 100), "{met:?}");
+}
+
+/// A roof of 2 x 2 x 2 triangles around a vertex in the middle, in the plane z = 0, and one more triangle below.
+fn roof(below_mm: f32, turn: Mat3) -> TriMesh {
+    let mut vertices: Vec<Vec3> =
+        (0..9).map(|k| Vec3::new((k % 3) as f32 * 7.0 - 7.0, (k / 3) as f32 * 7.0 - 7.0, 0.0)).collect();
+    vertices.extend([(-40.0, -30.0), (40.0, -30.0), (0.0, 50.0)].map(|(x, y)| Vec3::new(x, y, -below_mm)));
+    let quad = |a: u32| [[a, a + 1, a + 4], [a, a + 4, a + 3]];
+    let mut triangles = [0, 1, 3, 4].map(quad).concat();
+    triangles.push([9, 10, 11]);
+    TriMesh { vertices: vertices.into_iter().map(|v| turn * v).collect(), triangles }
+}
+
+#[test]
+fn a_vertex_seen_at_a_grazing_angle_is_not_hidden_by_its_own_triangles() {
+    let none = StrandSet::new();
+    let mut r = Rng::keyed(&[33]);
+    for trial in 0..300 {
+        let turn =
+            Mat3::from_euler(glam::EulerRot::XYZ, r.range(-3.0, 3.0), r.range(-1.5, 1.5), r.range(-3.0, 3.0));
+        let mesh = roof(5.0, turn);
+        let probe = Probe::new(&none, &[&mesh]).unwrap();
+        // Half a degree above the roof: rounding of a ray makes up 5e-3 mm along it.
+        let around = r.f64() * std::f64::consts::TAU;
+        let to = DVec3::new(around.cos(), around.sin(), 0.5f64.to_radians()).normalize();
+        let eye = turn.as_dmat3() * to * 777.0;
+        let c = Camera::look_at("c", (9, 9), 1000.0, eye, DVec3::ZERO, turn.as_dmat3() * DVec3::Z);
+        let middle = mesh.vertices[4].as_dvec3();
+        assert!(probe.sees(&c, middle, Element::Vertex { surface: 0, vertex: 4 }), "trial {trial}");
+    }
+}
+
+#[test]
+fn what_lies_a_hundredth_of_a_millimetre_behind_is_hidden() {
+    let none = StrandSet::new();
+    let c = Camera::look_at("c", (9, 9), 1000.0, DVec3::new(3.0, 2.0, 800.0), DVec3::ZERO, DVec3::NEG_Y);
+    for (below, seen) in [(0.01, false), (0.05, false), (2e-4, true)] {
+        let mesh = roof(below, Mat3::IDENTITY);
+        let probe = Probe::new(&none, &[&mesh]).unwrap();
+        let place = DVec3::new(1.0, 2.0, -f64::from(below));
+        assert_eq!(probe.sees(&c, place, Element::Triangle { surface: 0, triangle: 8 }), seen, "{below} mm");
+        let mut strands = StrandSet::new();
+        strands.push(&[Vec3::new(-9.0, 2.0, 0.5 + below), Vec3::new(9.0, 2.0, 0.5 + below)], 0.5);
+        let flat = roof(5.0, Mat3::IDENTITY);
+        let probe = Probe::new(&strands, &[&flat]).unwrap();
+        let place = DVec3::new(1.0, 2.0, 0.0);
+        let element = Element::Triangle { surface: 0, triangle: 7 };
+        assert!(!probe.sees(&c, place, element), "a fibre of 1 mm in front of its place hides it");
+    }
 }

@@ -4,8 +4,7 @@ use super::{Act, FaceError, FaceModel};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// A person, a fixed expression, and what the person performs. Made to be the table `[face]` of a scene; scene files do
-/// not take it yet.
+/// A person, a fixed expression, and what the person performs: the table `[face]` of a scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct FaceSpec {

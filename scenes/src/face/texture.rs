@@ -13,7 +13,7 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 /// Appearance of one person's skin: a function of the place on the mean neutral face, so that it has no seam, any
-/// resolution, and the same pattern in every pose. Made to be the table `[skin_texture]` of a scene.
+/// resolution, and the same pattern in every pose. The table `[skin_texture]` of a scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SkinTexture {

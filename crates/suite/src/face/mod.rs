@@ -3,7 +3,8 @@
 //!
 //! ```text
 //! OUT/<scene>/render/face.json                  which frames, of what
-//! OUT/<scene>/render/subject/                   skin.obj (truth), model/: other people's faces, for a method's hair-free mesh
+//! OUT/<scene>/render/subject/                   skin.obj and hair/ (truth, maps to edit); model/: other people's
+//!                                               faces, for a method's hair-free mesh
 //! OUT/<scene>/render/<frame>/frame/             <camera>.png  rig.json  frame.json: what a method may see
 //! OUT/<scene>/render/<frame>/truth/             the skin's mesh, every hair, and what each camera sees of them
 //! OUT/<scene>/render/<frame>/preview/           <camera>.jpg and pictures of the truth, small, for people

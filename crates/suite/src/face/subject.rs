@@ -1,4 +1,4 @@
-//! What of a face is the same in all frames: the skin's layout, and the model of faces that a method may use.
+//! What of a face is the same in all frames: the skin's layout, maps of its hair, the model of faces that a method may use.
 
 use super::FaceJob;
 use super::render::make;
@@ -8,12 +8,16 @@ use glam::Vec3;
 use serde::Serialize;
 use std::path::Path;
 use strandbench_io::{UvMesh, write_npy, write_uv_mesh};
-use strandbench_scenes::face::{FaceSpec, FaceStage, Identity};
+use strandbench_scenes::face::{FaceModel, FaceSpec, FaceStage, HairKind, HairMaps, Identity};
 use strandbench_solve::Pca;
 use strandbench_types::{Monitor, TriMesh};
 
 /// Sub-folder of what a method may use: a linear model of other people's hair-free faces.
 pub(super) const MODEL: &str = "model";
+
+/// Sub-folder of maps of the hair over texture coordinates, and their side.
+const MAPS: &str = "hair";
+const MAP_PX: usize = 1024;
 
 /// Persons of the model, and the first one's number. Winberg et al. 2022 (3.2) take a database of scanned faces.
 const MEMBERS: u64 = 60;
@@ -37,7 +41,8 @@ const NOTE: &str = "face = mean + sum of w_k times mode k, mm; mean.obj has the 
      all skins; modes.npy is float32 of shape (modes, vertices, 3), orthonormal; variances.npy is mm^2 along each mode, \
      largest first";
 
-/// Writes `skin.obj` (the subject's neutral skin with texture coordinates: truth) and `model/` (mean, modes, variances).
+/// Writes `skin.obj` (the subject's neutral skin with texture coordinates: truth), `hair/` (maps: truth) and `model/` (mean,
+/// modes, variances).
 pub(super) fn write(
     job: &FaceJob,
     stage: &FaceStage,
@@ -53,11 +58,12 @@ pub(super) fn write(
     let neutral = stage.moment(0.0)?;
     write_uv_mesh(&dir.join("skin.obj"), &with_uv(neutral.scene.surfaces[0].mesh.vertices.clone()))?;
 
+    let fault =
+        |e: &dyn std::fmt::Display| SuiteError::Scene { scene: job.name.clone(), problem: e.to_string() };
+    maps(job, model, &dir.join(MAPS), &fault)?;
     let subject = job.spec.face.identity;
     let members: Vec<u64> = (FIRST_MEMBER..).filter(|&i| i != subject).take(MEMBERS as usize).collect();
     monitor.begin("model of faces", members.len() as u64);
-    let fault =
-        |e: &dyn std::fmt::Display| SuiteError::Scene { scene: job.name.clone(), problem: e.to_string() };
     let mut shapes = Vec::new();
     for &identity in &members {
         monitor.check()?;
@@ -76,4 +82,27 @@ pub(super) fn write(
     let variances: Vec<f32> = pca.variances[..modes].iter().map(|&v| v as f32).collect();
     write_npy(&folder.join("variances.npy"), &[modes], &variances)?;
     write_json(&folder.join("model.json"), &About { note: NOTE, members, left_out: subject, modes, vertices })
+}
+
+/// Density, length and direction of growth of each patch that is a region, over texture coordinates: what
+/// `hair.KIND.density_map` and `length_map` take, for users to edit.
+fn maps(
+    job: &FaceJob,
+    model: &FaceModel,
+    dir: &Path,
+    fault: &dyn Fn(&dyn std::fmt::Display) -> SuiteError,
+) -> Result<(), SuiteError> {
+    make(dir)?;
+    for (kind, patch) in &job.spec.hair.patches {
+        if *kind == HairKind::Lash || patch.density_map.is_some() {
+            continue;
+        }
+        let maps = HairMaps::draw(model, *kind, MAP_PX).map_err(|e| fault(&e))?;
+        let level = |v: f32| (v.clamp(0.0, 1.0) * 255.0).round() as u8;
+        let path = |what: &str| dir.join(format!("{}_{what}.png", kind.name()));
+        strandbench_io::write_png_grey(&path("density"), &maps.density.map(|&v| level(v)))?;
+        strandbench_io::write_png_grey(&path("length"), &maps.length.map(|&v| level(v)))?;
+        strandbench_io::write_png_rgb(&path("direction"), &maps.direction.map(|d| d.map(level)))?;
+    }
+    Ok(())
 }

@@ -1,6 +1,6 @@
 //! Density and length as maps over texture coordinates: read from files, and drawn from the regions for users to edit.
 
-use super::{HairKind, Patch, region};
+use super::{HairKind, region};
 use crate::face::{FaceError, FaceModel, Identity, Part};
 use glam::{Vec2, Vec3};
 use std::path::Path;
@@ -43,12 +43,7 @@ impl HairMaps {
     ///
     /// # Errors
     /// [`FaceError::Value`] if `side` is not one of [`MAP_SIDES_PX`].
-    pub fn draw(
-        model: &FaceModel,
-        kind: HairKind,
-        _patch: &Patch,
-        side: usize,
-    ) -> Result<HairMaps, FaceError> {
+    pub fn draw(model: &FaceModel, kind: HairKind, side: usize) -> Result<HairMaps, FaceError> {
         if !MAP_SIDES_PX.contains(&side) || !side.is_power_of_two() {
             let (low, high) = (*MAP_SIDES_PX.start() as f64, *MAP_SIDES_PX.end() as f64);
             return Err(FaceError::Value { key: "map side", value: side as f64, low, high });

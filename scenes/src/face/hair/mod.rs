@@ -168,8 +168,8 @@ impl FacialHair {
 
     /// How much the roots of hair darken the skin, 0..1, indexed `[vertex]` of the face: with their density, where hair is
     /// short.
-    pub fn stubble_shadow(&self, _model: &FaceModel) -> Vec<f32> {
-        self.shadow.clone()
+    pub fn stubble_shadow(&self) -> &[f32] {
+        &self.shadow
     }
 }
 

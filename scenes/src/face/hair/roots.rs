@@ -1,7 +1,7 @@
 //! Where follicles stand: by density over the skin, no two closer than chance would have it.
 
 use super::{HairKind, Patch, region};
-use crate::face::{FaceModel, Follicle};
+use crate::face::{FaceModel, Follicle, Part};
 use crate::head::MeshBvh;
 use glam::{IVec3, Vec3};
 use std::collections::HashMap;
@@ -70,25 +70,17 @@ impl Ground<'_> {
     /// that none stands nearer to another than about three quarters of the mean distance, as long as there are such.
     pub fn roots(&self, kind: HairKind, patch: &Patch, key: u64) -> Vec<Root> {
         const MIDDLE: [f32; 3] = [1.0 / 3.0; 3];
-        let skin = self.model.parts().iter().map(|p| *p == crate::face::Part::Skin);
-        let mut sums = Vec::new();
-        let mut sum = 0.0f64;
-        for (t, _) in self
-            .model
-            .triangles()
-            .iter()
-            .zip(skin)
-            .enumerate()
-            .filter(|(_, (_, skin))| *skin)
-            .map(|(i, (t, _))| (i, t))
-        {
-            let corners = self.model.triangles()[t].map(|v| self.neutral[v as usize]);
-            let area = 0.5 * (corners[1] - corners[0]).cross(corners[2] - corners[0]).length();
-            let middle = Follicle { triangle: t as u32, barycentric: MIDDLE };
+        // Triangles on which hair grows, and how many hairs grow on them and those before.
+        let (mut sums, mut sum) = (Vec::new(), 0.0f64);
+        let triangles = (0u32..).zip(self.model.triangles()).zip(self.model.parts());
+        for ((triangle, t), _) in triangles.filter(|(_, part)| **part == Part::Skin) {
+            let [a, b, c] = t.map(|v| self.neutral[v as usize]);
+            let area = 0.5 * (b - a).cross(c - a).length();
+            let middle = Follicle { triangle, barycentric: MIDDLE };
             let expected = f64::from(area * self.density(kind, patch, &middle));
             if expected > 0.0 {
                 sum += expected;
-                sums.push((sum, t as u32));
+                sums.push((sum, triangle));
             }
         }
         let wanted = sum.round() as usize;

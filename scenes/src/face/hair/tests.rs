@@ -184,7 +184,7 @@ fn maps_take_the_place_of_regions_and_those_that_do_not_fit_are_named() {
     let model = FaceModel::embedded();
     let identity = Identity::mean(model);
     let patch = Patch { density_per_cm2: 6.0, length_mm: 3.0, ..Patch::default() };
-    let maps = HairMaps::draw(model, HairKind::Goatee, &patch, 1024).unwrap();
+    let maps = HairMaps::draw(model, HairKind::Goatee, 1024).unwrap();
     let save = |name: &str, map: &strandbench_types::Plane<f32>| {
         let grey = map.map(|v| (v.clamp(0.0, 1.0) * 255.0).round() as u8);
         strandbench_io::write_png_grey(&dir.path().join(name), &grey).unwrap();

@@ -71,9 +71,9 @@ impl FaceStage {
         ]
         .map(|parts| model.part(parts));
         let mean = Identity::mean(model).vertices(model);
-        let stubble = hair.stubble_shadow(model);
         let texture = &spec.skin_texture;
-        let skin = SkinDetail::skin(texture.clone(), parts[0].gather(&mean), parts[0].gather(&stubble));
+        let skin =
+            SkinDetail::skin(texture.clone(), parts[0].gather(&mean), parts[0].gather(hair.stubble_shadow()));
         let eyes = SkinDetail::eyes(texture.clone(), parts[1].gather(&mean));
         let (rig, polarised) = spec.rig.rig();
         Ok(FaceStage {

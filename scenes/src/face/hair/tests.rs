@@ -179,6 +179,26 @@ fn hair_grows_where_each_kind_does_on_every_person() {
 }
 
 #[test]
+fn follicles_keep_a_distance_that_chance_would_not() {
+    let (scene, _, hair) = grown("face-medium", 0.1, 1);
+    let per_mm2 = 0.001 * scene_density(&scene);
+    let near = 0.4 / per_mm2.sqrt();
+    let roots: Vec<Vec3> = (0..hair.kinds.len())
+        .filter(|&i| hair.kinds[i] == HairKind::Beard)
+        .map(|i| hair.strands.strand(i)[0])
+        .collect();
+    let crowded = |p: &&Vec3| roots.iter().filter(|q| q.distance(**p) < near).count() > 1;
+    let share = roots.iter().filter(crowded).count() as f32 / roots.len() as f32;
+    // Of points that know nothing of one another 1 - exp(-0.16 pi), four in ten, have another so near.
+    assert!(roots.len() > 500 && share < 0.05, "{share} of {}", roots.len());
+}
+
+/// Hairs of the whole beard a square centimetre, of a tenth of which [`grown`] was told.
+fn scene_density(scene: &FaceScene) -> f32 {
+    scene.hair.patches[&HairKind::Beard].density_per_cm2 * 10.0
+}
+
+#[test]
 fn maps_take_the_place_of_regions_and_those_that_do_not_fit_are_named() {
     let dir = tempfile::tempdir().unwrap();
     let model = FaceModel::embedded();

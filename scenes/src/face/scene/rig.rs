@@ -92,7 +92,7 @@ pub struct FaceRigSpec {
     /// Exposure time, s; matters with `exposure_samples`.
     pub exposure_s: f64,
     /// Moments within the exposure at which the moving face is rendered, their mean being the image; 1 for none of the
-    /// motion blur.
+    /// motion blur. Odd: the truth is that of the one in the middle.
     pub exposure_samples: u32,
     /// Lens with an aperture; pinholes without one. Its focus is `distance_mm` if it is not stated.
     #[serde(skip_serializing_if = "Option::is_none")]

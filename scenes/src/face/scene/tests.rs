@@ -39,6 +39,7 @@ fn faults_are_named_with_file_line_key_and_remedy() {
         ("frame = \"hair\"", "frame = \"whole\"", "line 8"),
         ("frame = \"hair\"", "frame = \"hair\"\npair_deg = nan", "line 9: rig.pair_deg: NaN is not"),
         ("frame = \"hair\"", "frame = \"hair\"\nexposure_samples = 0", "rig.exposure_samples: 0 is not"),
+        ("frame = \"hair\"", "frame = \"hair\"\nexposure_samples = 4", "rig.exposure_samples: 4 is even"),
         ("frame = \"hair\"", "frame = \"hair\"\nwidth_px = 70000", "rig.width_px: 70000 is not"),
         ("frame = \"hair\"", "frame = \"hair\"\n[lights]\nedges_mm = [0, 300]", "lights.edges_mm: 0 is not"),
         ("frame = \"hair\"", "frame = \"hair\"\n[skin_texture]\npores = 2.0", "skin_texture.pores: 2 is not"),

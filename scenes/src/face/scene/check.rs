@@ -52,7 +52,7 @@ impl FaceRigSpec {
         within("rig.frame_rate_hz", self.frame_rate_hz, 0.1, 1e4)?;
         within("rig.exposure_s", self.exposure_s, 0.0, 1.0 / self.frame_rate_hz)?;
         within("rig.exposure_samples", self.exposure_samples, 1.0, 63.0)?;
-        if self.exposure_samples % 2 == 0 {
+        if self.exposure_samples.is_multiple_of(2) {
             let n = self.exposure_samples;
             let problem = format!("{n} is even; one more puts a sample at the moment that the truth is of");
             return Err(("rig.exposure_samples".into(), problem));

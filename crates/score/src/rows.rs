@@ -31,6 +31,11 @@ impl Asked {
 }
 
 impl Rows {
+    /// Adds another's figures behind these.
+    pub fn extend(&mut self, other: Rows) {
+        self.scores.extend(other.scores);
+    }
+
     /// Adds a figure; an infinite or undefined value becomes `None`.
     pub fn push(&mut self, subject: &str, id: &str, value: f64, asked: Asked) {
         let m = metric(id).expect("every metric computed is in the table");

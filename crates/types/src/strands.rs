@@ -1,6 +1,7 @@
 //! Hair fibres as polylines.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 /// Why a strand set is not usable.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -108,32 +109,33 @@ impl StrandSet {
     /// # Errors
     /// The first fault found, with its strand and point.
     pub fn validate(&self) -> Result<(), StrandError> {
-        let bad = |strand| Err(StrandError::Offsets { strand });
         if self.offsets.first() != Some(&0)
             || self.offsets.last().map(|&o| o as usize) != Some(self.points.len())
             || self.radii_mm.len() != self.points.len()
         {
-            return bad(0);
+            return Err(StrandError::Offsets { strand: 0 });
         }
-        for strand in 0..self.len() {
-            let (a, b) = (self.offsets[strand], self.offsets[strand + 1]);
-            if b < a || b as usize > self.points.len() {
-                return bad(strand);
-            }
-            if b - a < 2 {
-                return Err(StrandError::TooShort { strand, points: (b - a) as usize });
-            }
-            for (point, i) in self.range(strand).enumerate() {
-                let radius_mm = self.radii_mm[i];
-                if !self.points[i].is_finite() || !radius_mm.is_finite() {
-                    return Err(StrandError::NotFinite { strand, point });
-                }
-                if radius_mm <= 0.0 {
-                    return Err(StrandError::Radius { strand, point, radius_mm });
-                }
-            }
+        match (0..self.len()).into_par_iter().find_map_first(|strand| self.fault_of(strand)) {
+            Some(fault) => Err(fault),
+            None => Ok(()),
         }
-        Ok(())
+    }
+
+    fn fault_of(&self, strand: usize) -> Option<StrandError> {
+        let (a, b) = (self.offsets[strand], self.offsets[strand + 1]);
+        if b < a || b as usize > self.points.len() {
+            return Some(StrandError::Offsets { strand });
+        }
+        if b - a < 2 {
+            return Some(StrandError::TooShort { strand, points: (b - a) as usize });
+        }
+        self.range(strand).enumerate().find_map(|(point, i)| {
+            let radius_mm = self.radii_mm[i];
+            if !self.points[i].is_finite() || !radius_mm.is_finite() {
+                return Some(StrandError::NotFinite { strand, point });
+            }
+            (radius_mm <= 0.0).then_some(StrandError::Radius { strand, point, radius_mm })
+        })
     }
 }
 

@@ -13,14 +13,15 @@ pub(super) struct Cone {
 }
 
 /// Added to angles, which covers the rounding of 32-bit axes and cosines (some 1e-7, magnified near 0° to the root of it).
-const MARGIN_RAD: f32 = 1e-3;
+const SIN_MARGIN: f32 = 1e-3;
+const COS_MARGIN: f32 = 1.0 - 0.5e-6;
 
 const ALL: Cone = Cone { axis: Vec3::ZERO, cos: 0.0 };
 
 impl Cone {
     fn of(line: Vec3) -> Cone {
         match line.try_normalize() {
-            Some(axis) => Cone { axis, cos: MARGIN_RAD.cos() },
+            Some(axis) => Cone { axis, cos: COS_MARGIN },
             None => ALL,
         }
     }
@@ -31,9 +32,17 @@ impl Cone {
         }
         let turned = if self.axis.dot(other.axis) < 0.0 { -other.axis } else { other.axis };
         let Some(axis) = (self.axis + turned).try_normalize() else { return ALL };
-        let reach = |of: Vec3, cone: Cone| axis.dot(of).clamp(-1.0, 1.0).acos() + cone.cos.acos();
-        let angle = reach(self.axis, self).max(reach(turned, other)) + MARGIN_RAD;
-        if angle >= std::f32::consts::FRAC_PI_2 { ALL } else { Cone { axis, cos: angle.cos() } }
+        // Cosine and sine of the sum of the angle to an axis and its cone's; both are less than a right angle.
+        let sine = |cos: f32| (1.0 - cos * cos).max(0.0).sqrt();
+        let reach = |of: Vec3, cone: Cone| {
+            let to = axis.dot(of).clamp(0.0, 1.0);
+            let (sin_to, sin) = (sine(to), sine(cone.cos));
+            (to * cone.cos - sin_to * sin, sin_to * cone.cos + to * sin)
+        };
+        let [a, b] = [reach(self.axis, self), reach(turned, other)];
+        let (cos, sin) = if a.0 < b.0 { a } else { b };
+        let cos = cos * COS_MARGIN - sin * SIN_MARGIN;
+        if cos <= 0.0 { ALL } else { Cone { axis, cos } }
     }
 
     /// Squared cosine that no line of the cone exceeds with the unit line `t`.
@@ -49,8 +58,12 @@ impl Cone {
 }
 
 /// The cone of every node of a tree whose members have the given lines, by rank.
-pub(super) fn cones(tree: &Tree, line: impl Fn(usize) -> Vec3) -> Vec<Cone> {
-    tree.fold(|ranks| ranks.map(|r| Cone::of(line(r))).reduce(Cone::join).unwrap_or(ALL), |a, b| a.join(*b))
+pub(super) fn cones(tree: &Tree, line: impl Fn(usize) -> Vec3 + Sync) -> Vec<Cone> {
+    tree.fold(
+        ALL,
+        |ranks| ranks.map(|r| Cone::of(line(r))).reduce(Cone::join).unwrap_or(ALL),
+        |a, b| a.join(*b),
+    )
 }
 
 #[cfg(test)]
@@ -77,6 +90,7 @@ mod tests {
                 prop_assert!(cos2 <= all[0].most_cos2(t), "{cos2} against {}", all[0].most_cos2(t));
             }
             let found = tree.fold(
+                0.0,
                 |ranks| ranks.map(|r| f64::from(line(r).normalize().dot(t)).powi(2)).fold(0.0, f64::max),
                 |a, b| a.max(*b),
             );

@@ -150,11 +150,12 @@ impl Curves {
     }
 
     /// Whether a member's squared cosine with the unit line `t`, as [`Curves::member`] has it, is surely below `cos2`:
-    /// found without a division, up to more than its rounding.
-    fn is_beyond(&self, rank: usize, t: DVec3, cos2: f64) -> bool {
+    /// found in single precision and without a division, up to more than its rounding (some 1e-6 of the square).
+    fn is_beyond(&self, rank: usize, t: Vec3, cos2: f32) -> bool {
         let s = &self.segments[rank];
-        let u = s.b.as_dvec3() - s.a.as_dvec3();
-        t.dot(u).powi(2) < cos2 * u.length_squared() * (1.0 - 1e-12)
+        let u = s.b - s.a;
+        let tu = t.dot(u);
+        tu * tu < (cos2 - 1e-5) * u.length_squared()
     }
 
     fn cones(&self) -> &[Cone] {
@@ -245,7 +246,7 @@ impl Curves {
             cones: self.cones(),
         };
         let visit = |rank, steps: &mut Staircase<'_>| {
-            if self.is_beyond(rank, t, steps.need[0]) {
+            if self.is_beyond(rank, steps.line, steps.need[0] as f32) {
                 return;
             }
             let (mut d2, cos2, ..) = self.member(rank, p, t);
@@ -319,15 +320,16 @@ impl Limit for Aligned<'_> {
 /// Refuses what no hair is: a strand so long that its samples could not be counted.
 pub(crate) fn check_lengths(strands: &StrandSet, whose: &str) -> Result<(), ScoreError> {
     const LONGEST_MM: f64 = 1e5;
-    for strand in 0..strands.len() {
+    let too_long = |strand: usize| {
         let length = strands.length_mm(strand);
-        if length > LONGEST_MM || length.is_nan() {
-            return fault(format!(
-                "the {whose} strand {strand} is {length} mm long, more than {LONGEST_MM} mm; give points in mm"
-            ));
-        }
+        (length > LONGEST_MM || length.is_nan()).then_some((strand, length))
+    };
+    match (0..strands.len()).into_par_iter().find_map_first(too_long) {
+        Some((strand, length)) => fault(format!(
+            "the {whose} strand {strand} is {length} mm long, more than {LONGEST_MM} mm; give points in mm"
+        )),
+        None => Ok(()),
     }
-    Ok(())
 }
 
 #[cfg(test)]

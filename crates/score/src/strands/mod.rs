@@ -22,6 +22,7 @@ use crate::check::{self, fault};
 use crate::rows::Rows;
 use crate::{ScoreError, protocol_id};
 use judge::{Candidate, Reference};
+use rayon::prelude::*;
 use strandbench_types::{Estimate, Monitor, StrandSet, Truth};
 
 /// Most samples of the method's strands.
@@ -63,34 +64,47 @@ pub fn score_strands(
     perfect(&reference)?;
     let population = shape::Population::new(&reference, MOST_METHOD as u64);
     step()?;
-    let mut sheet = StrandSheet {
-        protocol: protocol_id(),
-        scores: Vec::new(),
-        grids: Vec::new(),
-        dropped_segments: 0,
-        dropped_strands: 0,
-    };
-    let mut rows = Rows::default();
-    let mut one = |name, strands: &StrandSet, most, sheet: &mut StrandSheet| -> Result<(), ScoreError> {
+    let nulls = nulls::all(&reference, &population, seed);
+    let one = |(name, strands, most): (&'static str, &StrandSet, usize)| -> Result<Scored, ScoreError> {
         let curves = Candidate::curves(strands)?;
         let c = Candidate::new(&reference, name, strands, &curves, most);
         monitor.check()?;
-        alignment::score(&reference, &c, &mut rows, &mut sheet.grids);
+        let dropped = (curves.dropped, c.too_short);
+        let mut s = Scored { rows: Rows::default(), grids: Vec::new(), dropped };
+        alignment::score(&reference, &c, &mut s.rows, &mut s.grids);
         monitor.check()?;
-        identity::score(&reference, &c, &mut rows);
-        shape::score(&reference, &population, &c, &mut rows);
-        if name == "method" {
-            (sheet.dropped_segments, sheet.dropped_strands) = (c.curves.dropped, c.too_short);
-        }
-        step()
+        identity::score(&reference, &c, &mut s.rows);
+        shape::score(&reference, &population, &c, &mut s.rows);
+        step()?;
+        Ok(s)
     };
-    one("method", strands, MOST_METHOD, &mut sheet)?;
-    for (name, strands) in nulls::all(&reference, &population, seed) {
-        one(name, &strands, MOST_NULL, &mut sheet)?;
+    let asked: Vec<_> = std::iter::once(("method", strands, MOST_METHOD))
+        .chain(nulls.iter().map(|(name, strands)| (*name, strands, MOST_NULL)))
+        .collect();
+    // Side by side: what one candidate does on one thread does not hold up the others.
+    let scored = asked.into_par_iter().map(one).collect::<Result<Vec<Scored>, _>>()?;
+    let dropped = scored[0].dropped;
+    let (mut rows, mut grids) = (Rows::default(), Vec::new());
+    for s in scored {
+        rows.extend(s.rows);
+        grids.extend(s.grids);
     }
     rows.above_chance(metrics::CHANCE_CORRECTED);
-    sheet.scores = rows.finish();
-    Ok(sheet)
+    Ok(StrandSheet {
+        protocol: protocol_id(),
+        scores: rows.finish(),
+        grids,
+        dropped_segments: dropped.0,
+        dropped_strands: dropped.1,
+    })
+}
+
+/// What one candidate's strands amount to.
+struct Scored {
+    rows: Rows,
+    grids: Vec<StrandGrid>,
+    /// Segments and strands that were left out.
+    dropped: (u64, u64),
 }
 
 /// The truth as a submission must score perfectly (METRICS ground rule 10).

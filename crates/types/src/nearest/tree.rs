@@ -88,28 +88,54 @@ impl Tree {
             return (Tree::default(), Vec::new());
         }
         let keyed = keyed(n, &bounds);
-        let mut tree = Tree::default();
-        tree.build(&keyed, 0, &bounds);
-        tree.nodes.shrink_to_fit();
-        tree.bounds.shrink_to_fit();
-        (tree, keyed.into_iter().map(|k| k.1).collect())
+        let (_, size, pieces) = Pieces::build(&keyed, 0, &bounds);
+        let mut tree = Tree { nodes: Vec::with_capacity(size), bounds: Vec::with_capacity(size) };
+        pieces.put_into(&mut tree);
+        (tree, keyed.into_par_iter().map(|k| k.1).collect())
     }
 
-    /// A value of each node: of a leaf from the ranks of its members, of any other from its two children's.
-    pub fn fold<T>(&self, leaf: impl Fn(Range<usize>) -> T, join: impl Fn(&T, &T) -> T) -> Vec<T> {
-        // Children come after their parent; from the last node on, they are there before it.
-        let mut found: Vec<T> = Vec::with_capacity(self.nodes.len());
-        let last = self.nodes.len().wrapping_sub(1);
-        for (i, node) in self.nodes.iter().enumerate().rev() {
-            let first = node.link as usize;
-            let value = match node.count {
-                0 => join(&found[last - (i + 1)], &found[last - first]),
-                n => leaf(first..first + n as usize),
-            };
-            found.push(value);
+    /// A value of each node: of a leaf from the ranks of its members, of any other from its two children's. `blank` stands
+    /// where none is known yet.
+    pub fn fold<T: Copy + Send>(
+        &self,
+        blank: T,
+        leaf: impl Fn(Range<usize>) -> T + Sync,
+        join: impl Fn(&T, &T) -> T + Sync,
+    ) -> Vec<T> {
+        let mut found = vec![blank; self.nodes.len()];
+        if !found.is_empty() {
+            self.fold_below(0, &mut found, &leaf, &join);
         }
-        found.reverse();
         found
+    }
+
+    /// The values of a node, `at`, and of all below it, which follow it.
+    fn fold_below<T: Copy + Send>(
+        &self,
+        at: usize,
+        found: &mut [T],
+        leaf: &(impl Fn(Range<usize>) -> T + Sync),
+        join: &(impl Fn(&T, &T) -> T + Sync),
+    ) -> T {
+        let node = self.nodes[at];
+        let first = node.link as usize;
+        let value = if node.count > 0 {
+            leaf(first..first + node.count as usize)
+        } else {
+            let parallel = found.len() >= PARALLEL;
+            let (left, right) = found[1..].split_at_mut(first - at - 1);
+            let (a, b) = if parallel {
+                rayon::join(
+                    || self.fold_below(at + 1, left, leaf, join),
+                    || self.fold_below(first, right, leaf, join),
+                )
+            } else {
+                (self.fold_below(at + 1, left, leaf, join), self.fold_below(first, right, leaf, join))
+            };
+            join(&a, &b)
+        };
+        found[0] = value;
+        value
     }
 
     /// Visits members from near boxes to far ones: `visit` gets a member's rank and returns the squared distance
@@ -171,37 +197,71 @@ impl Tree {
             self.bounds[at] = all;
             return all;
         }
-        let (first, last) = (keyed[0].0, keyed[keyed.len() - 1].0);
-        let middle = match (first ^ last).checked_ilog2() {
-            None => keyed.len() / 2,
-            Some(bit) => keyed.partition_point(|k| k.0 >> bit & 1 == 0),
-        };
+        let middle = halves(keyed);
         self.nodes.push(Node { link: 0, count: 0 });
         let (left, right) = keyed.split_at(middle);
-        let second = if keyed.len() < PARALLEL {
-            all.grow(self.build(left, base, bounds));
-            let second = self.nodes.len() as u32;
-            all.grow(self.build(right, base + middle, bounds));
-            second
-        } else {
-            let part = |keyed: &[(u64, u32)], base: usize| {
-                let mut own = Tree::default();
-                (own.build(keyed, base, bounds), own)
-            };
-            let (a, b) = rayon::join(|| part(left, base), || part(right, base + middle));
-            let second = (at + 1 + a.1.nodes.len()) as u32;
-            for ((corners, own), first) in [(a, at as u32 + 1), (b, second)] {
-                all.grow(corners);
-                // Links to nodes were counted from the part's own first node; those of leaves are ranks.
-                let link = |n: Node| n.link + if n.count == 0 { first } else { 0 };
-                self.nodes.extend(own.nodes.into_iter().map(|n| Node { link: link(n), ..n }));
-                self.bounds.extend(own.bounds);
-            }
-            second
-        };
-        self.nodes[at].link = second;
+        all.grow(self.build(left, base, bounds));
+        self.nodes[at].link = self.nodes.len() as u32;
+        all.grow(self.build(right, base + middle, bounds));
         self.bounds[at] = all;
         all
+    }
+}
+
+/// Where to cut members, of which there are two or more, in two: where the highest bit in which their keys differ changes.
+fn halves(keyed: &[(u64, u32)]) -> usize {
+    match (keyed[0].0 ^ keyed[keyed.len() - 1].0).checked_ilog2() {
+        None => keyed.len() / 2,
+        Some(bit) => keyed.partition_point(|k| k.0 >> bit & 1 == 0),
+    }
+}
+
+/// Subtrees built side by side, each by itself, so that every node is moved but once.
+enum Pieces {
+    One(Tree),
+    Both(Bounds, Box<[Pieces; 2]>),
+}
+
+impl Pieces {
+    /// The box, the number of nodes, and the pieces of the tree over `keyed`, whose first member has rank `base`.
+    fn build(
+        keyed: &[(u64, u32)],
+        base: usize,
+        bounds: &(impl Fn(usize) -> [Vec3; 2] + Sync),
+    ) -> (Bounds, usize, Pieces) {
+        if keyed.len() < PARALLEL {
+            let mut own = Tree::default();
+            let all = own.build(keyed, base, bounds);
+            return (all, own.nodes.len(), Pieces::One(own));
+        }
+        let middle = halves(keyed);
+        let (left, right) = keyed.split_at(middle);
+        let (a, b) =
+            rayon::join(|| Pieces::build(left, base, bounds), || Pieces::build(right, base + middle, bounds));
+        let mut all = a.0;
+        all.grow(b.0);
+        (all, 1 + a.1 + b.1, Pieces::Both(all, Box::new([a.2, b.2])))
+    }
+
+    /// Appends the pieces in the order of the whole tree.
+    fn put_into(self, tree: &mut Tree) {
+        let at = tree.nodes.len();
+        match self {
+            Pieces::One(own) => {
+                // Links to nodes were counted from the piece's own first node; those of leaves are ranks.
+                let link = |n: Node| n.link + if n.count == 0 { at as u32 } else { 0 };
+                tree.nodes.extend(own.nodes.into_iter().map(|n| Node { link: link(n), ..n }));
+                tree.bounds.extend(own.bounds);
+            }
+            Pieces::Both(all, halves) => {
+                tree.nodes.push(Node { link: 0, count: 0 });
+                tree.bounds.push(all);
+                let [left, right] = *halves;
+                left.put_into(tree);
+                tree.nodes[at].link = tree.nodes.len() as u32;
+                right.put_into(tree);
+            }
+        }
     }
 }
 
@@ -283,6 +343,7 @@ mod tests {
         let n = 3 * PARALLEL;
         let (tree, order) = Tree::new(n, |i| [point(i); 2]);
         let found = tree.fold(
+            (0, 0),
             |ranks| (ranks.len(), ranks.map(|r| order[r] as u64).sum::<u64>()),
             |a, b| (a.0 + b.0, a.1 + b.1),
         );

@@ -1,6 +1,7 @@
 //! Every parser against bytes that nobody meant well with: whatever comes, an error or a value, and soon.
 
 use proptest::prelude::*;
+use std::io::Write;
 use std::path::Path;
 use strandbench_io::*;
 
@@ -25,6 +26,12 @@ const PARSERS: &[(&str, Parser)] = &[
     ("uv mesh", |b| parse_uv_mesh(b).is_ok()),
     ("rig", |b| parse_rig(Path::new("rig.json"), b).is_ok()),
     ("frame", |b| parse_frame_json(Path::new("frame.json"), b).is_ok()),
+    ("colour frame", |b| parse_colour_json(Path::new("frame.json"), b).is_ok()),
+    ("seen by", |b| parse_seen_by(b, 7).is_ok()),
+    ("npz", |b| {
+        let npz = Npz::parse(Path::new("a.npz"), b);
+        npz.is_ok_and(|n| n.floats("values").is_ok() && n.texts("names").is_ok())
+    }),
 ];
 
 /// An OBJ of lines that say nothing is a mesh of no faces; who reads the file refuses it.
@@ -105,6 +112,31 @@ fn seed(name: &str) -> Vec<u8> {
         "frame" => br#"{"format":"strandbench-frame","version":1,"index":0,
             "cameras":[{"name":"a","image":"a.exr","mask":"a_mask.png"}]}"#
             .to_vec(),
+        "colour frame" => br#"{"format":"strandbench-colour-frame","version":1,"index":0,
+            "cameras":[{"name":"a","image":"a.png","polarised":false}]}"#
+            .to_vec(),
+        "seen by" => {
+            let mut b = b"SBSEENBY".to_vec();
+            b.extend([1u32, 0x3fff, 4, 0, 3].into_iter().flat_map(u32::to_le_bytes));
+            b
+        }
+        "npz" => {
+            let values = via("a.npy", &|p| write_npy(p, &[2, 3], &[0.5; 6]).unwrap());
+            let mut names = values.clone();
+            // The same header length, one text of six characters.
+            let header = String::from_utf8_lossy(&values[10..values.len() - 24]).into_owned();
+            let header = header.replace("<f4", "<U6").replace("(2, 3,)", "(1,)   ");
+            names[10..values.len() - 24].copy_from_slice(header.as_bytes());
+            names.truncate(values.len() - 24);
+            names.extend("jaw\0\0\0".chars().flat_map(|c| u32::from(c).to_le_bytes()));
+            let mut zip = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+            let packed = zip::write::SimpleFileOptions::default();
+            for (name, bytes) in [("values.npy", values), ("names.npy", names)] {
+                zip.start_file(name, packed.compression_method(zip::CompressionMethod::Deflated)).unwrap();
+                zip.write_all(&bytes).unwrap();
+            }
+            zip.finish().unwrap().into_inner()
+        }
         other => panic!("no seed for {other}"),
     }
 }
@@ -131,6 +163,9 @@ fn no_prefix_of_a_valid_file_harms_and_binary_prefixes_are_refused() {
         "rig",
         "frame",
         "ply strands",
+        "colour frame",
+        "seen by",
+        "npz",
     ];
     for (name, parse) in PARSERS {
         let b = seed(name);

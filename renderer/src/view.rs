@@ -2,7 +2,7 @@
 
 use crate::accel::Hit;
 use crate::footprint::Footprint;
-use crate::lens::RayMaker;
+use crate::lens::{CameraRay, RayMaker};
 use crate::path::{Draws, Scratch, Walk};
 use crate::sampler::PixelSampler;
 use crate::scene::RenderScene;
@@ -50,6 +50,20 @@ impl View<'_> {
         tile
     }
 
+    /// The identity of what a camera ray met, if that is a fibre.
+    fn seen(&self, ray: &CameraRay, hit: &Hit) -> Option<SampleHit> {
+        let Hit::Fibre { t, strand, point, along } = *hit else {
+            return None;
+        };
+        let depth = ray.depth_at_start + (ray.start + f64::from(t)) * ray.depth_per_t;
+        Some(SampleHit {
+            strand,
+            segment: point - self.scene.scene.strands.offsets[strand as usize],
+            along,
+            depth_mm: depth as f32,
+        })
+    }
+
     /// One camera ray's light: direct, and what following it brings if `followed` says so.
     fn sample(
         &self,
@@ -68,20 +82,23 @@ impl View<'_> {
         };
         tile.work.primary += 1;
         let scene = self.scene;
-        let Some(hit) = scene.accel.closest(ray.origin, ray.direction) else {
+        let hit = scene.accel.closest(ray.origin, ray.direction);
+        if n < self.settings.samples_per_pixel {
+            let seen = match self.pinhole {
+                true => hit.as_ref().and_then(|hit| self.seen(&ray, hit)),
+                // Lens and motion blur the picture; the truth is what the pinhole sees amid the exposure.
+                false => {
+                    let ray = self.maker.ray(x, y);
+                    tile.work.primary += 1;
+                    let hit = scene.accel.closest(ray.origin, ray.direction);
+                    hit.and_then(|hit| self.seen(&ray, &hit))
+                }
+            };
+            tile.hits.extend(seen);
+        }
+        let Some(hit) = hit else {
             return (scene.scene.background_rgb, [0.0; 3]);
         };
-        if n < self.settings.samples_per_pixel
-            && let Hit::Fibre { t, strand, point, along } = hit
-        {
-            let depth = ray.depth_at_start + (ray.start + f64::from(t)) * ray.depth_per_t;
-            tile.hits.push(SampleHit {
-                strand,
-                segment: point - scene.scene.strands.offsets[strand as usize],
-                along,
-                depth_mm: depth as f32,
-            });
-        }
         let mut vertex = scene.vertex(&hit, ray.origin, ray.direction);
         let light = self.light.as_deref();
         if let Some(glow) = light.and_then(|l| l.beside(&mut vertex)) {

@@ -4,7 +4,7 @@ use crate::common::{camera, fixed, light, plate, render, scene, tuft};
 use glam::{DVec3, Vec3};
 use std::sync::atomic::{AtomicU64, Ordering};
 use strandbench_renderer::{Render, RenderError, RenderScene, Settings, fibre_tangent};
-use strandbench_scenes::{AreaLight, Scene, Surface};
+use strandbench_scenes::{AreaLight, Lens, Scene, Surface};
 use strandbench_types::{Monitor, Silent, StrandSet};
 
 #[test]
@@ -51,6 +51,30 @@ fn stated_variance_covers_the_spread_over_seeds() {
     }
     // Stratified points are quieter than the estimate, which takes them for independent.
     assert!(spread < stated && spread > 0.2 * stated, "spread {spread}, stated {stated}");
+}
+
+#[test]
+fn lens_and_motion_blur_the_picture_and_not_the_truth() {
+    let sharp = scene(tuft(40), vec![], vec![light(Vec3::new(20.0, -40.0, 60.0), 20.0, 5.0)], (48, 40));
+    let seen = render(&sharp, &fixed(16), 3);
+    assert!(seen.hits.hits.len() > 500, "{} hits", seen.hits.hits.len());
+    let mut blurred = [sharp.clone(), sharp.clone(), sharp];
+    blurred[0].lens = Some(Lens { aperture_radius_mm: 2.0, focus_mm: 500.0 });
+    blurred[1].motion.velocity_mm_s = [4000.0, 0.0, 0.0];
+    blurred[2].motion.turn_deg_s = [0.0, 200.0, 0.0];
+    for (case, scene) in blurred.iter().enumerate() {
+        let r = render(scene, &fixed(16), 3);
+        assert_eq!(r.hits, seen.hits, "case {case}");
+        let change: f32 = r
+            .radiance_rgb
+            .data
+            .iter()
+            .zip(&seen.radiance_rgb.data)
+            .map(|(a, b)| (a[1] - b[1]).abs())
+            .sum::<f32>()
+            / seen.radiance_rgb.data.iter().map(|p| p[1]).sum::<f32>();
+        assert!(change > 0.2, "case {case}: the picture changes by {change}");
+    }
 }
 
 #[test]

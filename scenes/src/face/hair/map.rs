@@ -28,6 +28,66 @@ pub(super) fn read(path: &Path) -> Result<Plane<f32>, FaceError> {
     Ok(map)
 }
 
+/// How far a map of density may be painted over a chart's border, as a share of its side.
+const OVER_THE_BORDER: f64 = 1.0 / 64.0;
+/// Density beside the charts that is read as none: what an editor's soft brush leaves.
+const NONE: f32 = 2.5 / 255.0;
+
+/// Reads a map of density, which says where hair grows and must lie on the skin: most often one that does not was drawn for
+/// another face's texture coordinates, or upside down.
+pub(super) fn read_density(path: &Path, model: &FaceModel) -> Result<Plane<f32>, FaceError> {
+    let map = read(path)?;
+    let side = map.width;
+    let over = (side as f64 * OVER_THE_BORDER) as usize;
+    let near = widened(&charts(model, side), over);
+    let beside = (0..side * side).filter(|&i| map.data[i] > NONE && !near.data[i]);
+    let Some(i) = beside.clone().next() else {
+        return Ok(map);
+    };
+    let (x, y) = (i % side, i / side);
+    let at = |k: usize| (k as f64 + 0.5) / side as f64;
+    let problem = format!(
+        "{} pixels have hair where no skin's texture coordinates lie, more than {over} px from any, the first in column {x}, \
+         row {y} (u {:.3}, v {:.3}): draw over the maps that a rendered face has in render/subject/hair, or paint them black",
+        beside.count(),
+        at(x),
+        1.0 - at(y)
+    );
+    Err(FaceError::File { path: path.to_owned(), problem })
+}
+
+/// Pixels that the skin's texture coordinates cover.
+fn charts(model: &FaceModel, side: usize) -> Plane<bool> {
+    let mut covered = Plane::filled(side, side, false);
+    let skin = model.uv_triangles().iter().zip(model.parts());
+    for (uv, _) in skin.filter(|(_, p)| **p == Part::Skin) {
+        cover(on_map(model, uv, side), side, |x, y, _, inside| *covered.at_mut(x, y) |= inside);
+    }
+    covered
+}
+
+/// Pixels within `by` of one that is set, along both axes.
+fn widened(plane: &Plane<bool>, by: usize) -> Plane<bool> {
+    let side = plane.width;
+    let spread = |line: &dyn Fn(usize) -> bool| {
+        // How many of the pixels before each are set.
+        let mut before = vec![0u32; side + 1];
+        (0..side).for_each(|k| before[k + 1] = before[k] + u32::from(line(k)));
+        (0..side)
+            .map(|k| before[(k + by + 1).min(side)] > before[k.saturating_sub(by)])
+            .collect::<Vec<bool>>()
+    };
+    let mut wide = Plane::filled(side, side, false);
+    for y in 0..side {
+        wide.data[y * side..][..side].copy_from_slice(&spread(&|x| *plane.at(x, y)));
+    }
+    for x in 0..side {
+        let column = spread(&|y| *wide.at(x, y));
+        (0..side).for_each(|y| *wide.at_mut(x, y) = column[y]);
+    }
+    wide
+}
+
 /// What grows where, over texture coordinates; row 0 is v = 1.
 pub struct HairMaps {
     /// Density relative to the patch's, 0..1.
@@ -59,11 +119,7 @@ impl HairMaps {
         for ((t, uv), _) in skin.filter(|(_, p)| **p == Part::Skin) {
             let corners = t.map(|v| mean[v as usize]);
             let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or(Vec3::Z);
-            let uv = uv.map(|k| {
-                let c = model.uvs()[k as usize];
-                Vec2::new(c.x, 1.0 - c.y) * side as f32
-            });
-            cover(uv, side, |x, y, weights, inside| {
+            cover(on_map(model, uv, side), side, |x, y, weights, inside| {
                 // A pixel in a chart belongs to the chart; one beside it to the nearest border drawn first.
                 let rank = if inside { 2 } else { 1 };
                 if *covered.at(x, y) >= rank {
@@ -83,6 +139,14 @@ impl HairMaps {
         }
         Ok(out)
     }
+}
+
+/// Corners of a triangle of texture coordinates, px of a map.
+fn on_map(model: &FaceModel, uv: &[u32; 3], side: usize) -> [Vec2; 3] {
+    uv.map(|k| {
+        let c = model.uvs()[k as usize];
+        Vec2::new(c.x, 1.0 - c.y) * side as f32
+    })
 }
 
 /// Calls `paint` with pixel, weights of the corners and whether it lies inside, for every pixel within [`MARGIN_PX`] of a

@@ -95,7 +95,7 @@ impl FacialHair {
     ///
     /// # Errors
     /// [`FaceError::Hair`] for a value out of range or more hairs than [`FacialHair`] takes; [`FaceError::File`] for a map
-    /// that cannot be read or is not square.
+    /// that cannot be read, is not square, or has hair beside the skin's texture coordinates.
     pub fn grow(
         model: &FaceModel,
         identity: &Identity,
@@ -113,17 +113,14 @@ impl FacialHair {
         let mut shadow = vec![0.0f32; model.vertex_count()];
         for (&kind, patch) in &spec.patches {
             let key = Rng::keyed(&[seed, 0x4A12, kind as u64]).next_u64();
-            let read = |file: &Option<std::path::PathBuf>| {
-                file.as_ref()
-                    .map(|f| map::read(&maps_dir.map_or_else(|| f.clone(), |d| d.join(f))))
-                    .transpose()
-            };
+            let path = |file: &Path| maps_dir.map_or_else(|| file.to_owned(), |d| d.join(file));
+            let (density, length) = (patch.density_map.as_deref(), patch.length_map.as_deref());
             let ground = Ground {
                 model,
                 rest: &mean,
                 neutral: &neutral.vertices,
-                density: read(&patch.density_map)?,
-                length: read(&patch.length_map)?,
+                density: density.map(|f| map::read_density(&path(f), model)).transpose()?,
+                length: length.map(|f| map::read(&path(f))).transpose()?,
             };
             let roots: Vec<(Root, bool)> = match kind {
                 HairKind::Lash => ground.lashes(patch, key, &bvh, &skin.faces),

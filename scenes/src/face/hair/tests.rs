@@ -213,6 +213,12 @@ fn maps_take_the_place_of_regions_and_those_that_do_not_fit_are_named() {
     save("half.png", &maps.length.map(|v| 0.5 * v));
     save("narrow.png", &strandbench_types::Plane::filled(512, 256, 1.0));
     save("odd.png", &strandbench_types::Plane::filled(300, 300, 1.0));
+    save("all.png", &strandbench_types::Plane::filled(512, 512, 1.0));
+    // A soft brush over a chart's border is fine; a spot away from all charts is not.
+    let mut soft = maps.density.map(|v| v.max(0.004));
+    save("soft.png", &soft);
+    *soft.at_mut(3, 1020) = 0.02;
+    save("spot.png", &soft);
     let grow = |patch: Patch| {
         let spec = FacialHairSpec { patches: [(HairKind::Goatee, patch)].into() };
         FacialHair::grow(model, &identity, &spec, 1, Some(dir.path()))
@@ -230,7 +236,18 @@ fn maps_take_the_place_of_regions_and_those_that_do_not_fit_are_named() {
         (0..h.kinds.len()).map(|i| h.strands.length_mm(i)).sum::<f64>() / h.kinds.len() as f64
     };
     assert!((mean(&mapped) / mean(&own) - 0.5).abs() < 0.03, "{} {}", mean(&mapped), mean(&own));
-    for (file, wants) in [("narrow.png", "512x256"), ("odd.png", "300x300"), ("none.png", "none.png")] {
+    assert!(grow(Patch { density_map: Some(PathBuf::from("soft.png")), ..patch.clone() }).is_ok());
+    for (file, wants) in [
+        ("narrow.png", "512x256"),
+        ("odd.png", "300x300"),
+        ("none.png", "none.png"),
+        ("all.png", "texture coordinates"),
+        (
+            "spot.png",
+            "1 pixels have hair where no skin's texture coordinates lie, more than 16 px from any, the first in \
+                      column 3, row 1020 (u 0.003, v 0.003)",
+        ),
+    ] {
         let bad = grow(Patch { density_map: Some(PathBuf::from(file)), ..patch.clone() });
         let text = bad.err().expect("refused").to_string();
         assert!(text.contains(file) && text.contains(wants), "{text}");

@@ -10,8 +10,9 @@ use crate::rows::{Asked, Rows};
 use crate::stats::Weighted;
 use glam::DVec3;
 use rayon::prelude::*;
+use std::borrow::Cow;
 use strandbench_types::StrandSet;
-use strandbench_types::nearest::ask_in_order;
+use strandbench_types::nearest::{Order, ask_in_order};
 
 /// Tolerances of the headline figures: name, mm, degrees (all on the grid).
 pub(crate) const PAIRS: [(&str, f64, f64); 4] =
@@ -113,19 +114,23 @@ fn area(p: &Grid, r: &Grid) -> f64 {
 pub(crate) fn score(reference: &Reference, c: &Candidate, rows: &mut Rows, grids: &mut Vec<StrandGrid>) {
     for (set, name) in [(Set::V2, ""), (Set::V1, "v1."), (Set::Full, "full.")] {
         let wanted = match set {
-            Set::V2 => c.wanted.clone(),
-            _ => reference.samples(set).thinned(c.most).list,
+            Set::V2 => Cow::Borrowed(&c.wanted),
+            _ => Cow::Owned(reference.samples(set).thinned(c.most).list),
         };
+        let own = (set != Set::V2).then(|| Order::of(&wanted, |s: &Sample| s.position));
+        let wanted_order = own.as_ref().unwrap_or(&c.wanted_order);
         let judged = match set {
-            Set::V2 => thin(&c.judged, c.judged.len()),
-            _ => thin(&c.judged, MOST_TRUE[set as usize] as usize),
+            Set::V2 => Cow::Borrowed(&c.judged),
+            _ => Cow::Owned(thin(&c.judged, MOST_TRUE[set as usize] as usize)),
         };
+        let own = (set != Set::V2).then(|| Order::of(&judged, |j: &Judged| j.sample.position));
+        let judged_order = own.as_ref().unwrap_or(&c.judged_order);
         for (mode, suffix) in [(Mode::Any, ""), (Mode::Nearest, "nearest.")] {
             let found = match (set, mode) {
                 (Set::V2, Mode::Nearest) => c.nearest.iter().map(|h| stairs_of(h.as_ref())).collect(),
-                _ => ask(c.curves, &wanted, mode),
+                _ => wanted_order.ask(&wanted, |s| stairs(c.curves, s, mode)),
             };
-            let confirmed = confirm(reference, set, &judged, mode);
+            let confirmed = confirm(reference, set, (&judged, judged_order), mode);
             let r = recall(&wanted, &found, |i| wanted[i].weight_mm);
             let (p, seen) = precision(set, &judged, &confirmed);
             let prefix = format!("B1.{name}{suffix}");
@@ -159,12 +164,8 @@ fn thin(judged: &[Judged], most: usize) -> Vec<Judged> {
     judged.iter().skip(k / 2).step_by(k).copied().collect()
 }
 
-fn ask(curves: &Curves, samples: &[Sample], mode: Mode) -> Vec<Stairs> {
-    ask_in_order(samples, |s| s.position, |s| stairs(curves, s, mode))
-}
-
 /// Stairs of the samples that may be observed; those that are not are not asked for.
-fn confirm(reference: &Reference, set: Set, judged: &[Judged], mode: Mode) -> Vec<Stairs> {
+fn confirm(reference: &Reference, set: Set, (judged, order): (&[Judged], &Order), mode: Mode) -> Vec<Stairs> {
     let curves = reference.curves(set);
     let of = |j: &Judged| match mode {
         // The nearest of all true strands belongs to the set: it is the set's nearest too.
@@ -172,7 +173,7 @@ fn confirm(reference: &Reference, set: Set, judged: &[Judged], mode: Mode) -> Ve
         _ if j.in_layer(set) || j.free => stairs(curves, &j.sample, mode),
         _ => NOTHING,
     };
-    ask_in_order(judged, |j| j.sample.position, of)
+    order.ask(judged, of)
 }
 
 fn asked_area(wanted: &[Sample], judged: &[Judged], seen: &Grid, (d, a): (usize, usize)) -> Asked {
@@ -255,7 +256,7 @@ fn legacy(reference: &Reference, c: &Candidate, rows: &mut Rows) {
                 Sample { position, tangent, weight_mm: 1.0, strand: 0, point: i as u32, along: 0.0 }
             })
             .collect();
-        let found = ask(among, &vertices, Mode::Vertex);
+        let found = ask_in_order(&vertices, |s| s.position, |s| stairs(among, s, Mode::Vertex));
         let grid = recall(&vertices, &found, |_| 1.0);
         let share = |(_, mm, deg)| {
             let (d, a) = place(mm, deg);

@@ -14,6 +14,9 @@ use strandbench_types::{StrandSet, TriMesh};
 /// Half of the stretch over which curvature is taken, mm.
 const HALF_STRETCH_MM: f64 = 2.5;
 
+/// Distances to the scalp within which a strand counts as rooted, mm.
+const ROOTED_MM: [f64; 2] = [2.0, 5.0];
+
 /// Edge of the cells of B6, mm.
 const CELL_MM: f64 = 5.0;
 
@@ -143,20 +146,21 @@ fn to_triangle_squared(p: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
     edge(a, b).min(edge(b, c)).min(edge(c, a))
 }
 
-/// Distances from points to a surface, mm; infinite without triangles.
-fn to_surface(points: &[Vec3], mesh: &TriMesh) -> Vec<f64> {
+/// Distances from points to a surface, mm; infinite where it is farther than `within_mm`.
+fn to_surface(points: &[Vec3], mesh: &TriMesh, within_mm: f64) -> Vec<f64> {
     let corners = |i: usize| mesh.triangles[i].map(|v| mesh.vertices[v as usize]);
     let (tree, order) = Tree::new(mesh.triangles.len(), |i| {
         let [a, b, c] = corners(i);
         [a.min(b).min(c), a.max(b).max(c)]
     });
     let distance = |p: &Vec3| {
-        let (p, mut least) = (p.as_dvec3(), f64::INFINITY);
-        tree.walk(p, f64::INFINITY, |rank| {
+        let (p, within) = (p.as_dvec3(), within_mm * within_mm);
+        let mut least = f64::INFINITY;
+        tree.walk(p, within, |rank| {
             least = least.min(to_triangle_squared(p, corners(order[rank] as usize).map(Vec3::as_dvec3)));
-            least
+            least.min(within)
         });
-        least.sqrt()
+        if least <= within { least.sqrt() } else { f64::INFINITY }
     };
     points.par_iter().map(distance).collect()
 }
@@ -207,9 +211,9 @@ fn roots(head: Option<&TriMesh>, population: &Population, c: &Candidate, rows: &
     rows.push(c.name, "B4.root_error.median", percentile(&errors, 50), asked);
     rows.push(c.name, "B4.root_error.p90", percentile(&errors, 90), asked);
     if let Some(head) = head {
-        let distances = sorted(to_surface(&roots, head));
-        rows.push(c.name, "B4.rooted_2mm", share_within(&distances, 2.0), asked);
-        rows.push(c.name, "B4.rooted_5mm", share_within(&distances, 5.0), asked);
+        let distances = sorted(to_surface(&roots, head, ROOTED_MM[1]));
+        rows.push(c.name, "B4.rooted_2mm", share_within(&distances, ROOTED_MM[0]), asked);
+        rows.push(c.name, "B4.rooted_5mm", share_within(&distances, ROOTED_MM[1]), asked);
     }
 }
 
@@ -266,7 +270,7 @@ mod tests {
             let mut v = || Vec3::new(r.range(-3.0, 3.0), r.range(-3.0, 3.0), r.range(-3.0, 3.0));
             let (t, p) = ([v(), v(), v()], v());
             let mesh = TriMesh { vertices: t.to_vec(), triangles: vec![[0, 1, 2]] };
-            let got = to_surface(&[p], &mesh)[0];
+            let got = to_surface(&[p], &mesh, f64::INFINITY)[0];
             let [a, b, c] = t.map(Vec3::as_dvec3);
             let mut least = f64::INFINITY;
             for i in 0..=200 {
@@ -278,6 +282,8 @@ mod tests {
             // Points of the lattice are at most a 200th of the longest edge from the nearest.
             let coarse = (a.distance(b).max(b.distance(c)).max(c.distance(a))) / 200.0;
             prop_assert!(got <= least + 1e-9 && got >= least - coarse, "{got} {least}");
+            let limited = to_surface(&[p], &mesh, 2.0)[0];
+            prop_assert_eq!(limited, if got <= 2.0 { got } else { f64::INFINITY });
         }
     }
 }

@@ -4,4 +4,4 @@ mod segments;
 mod tree;
 
 pub use segments::{Segment, SegmentIndex, outward, point_to_segment_squared};
-pub use tree::{Limit, Tree, ask_in_order};
+pub use tree::{Limit, Order, Tree, ask_in_order};

@@ -8,7 +8,7 @@ use std::path::Path;
 use strandbench_score::{
     ConfidenceBin, ErrorCurve, Place, Score, ScoreError, ScoreSheet, StrandGrid, StrandSheet, WorstRegion,
 };
-use strandbench_types::{Estimate, Plane, Truth};
+use strandbench_types::{Estimate, Plane, StopOnly, Truth};
 
 /// File with every figure.
 pub const SCORES: &str = "scores.json";
@@ -107,12 +107,16 @@ pub(crate) fn write_scored(
         ScoreError::Cancelled(_) => SuiteError::Cancelled,
         other => SuiteError::Score { folder: named.to_owned(), problem: other.to_string() },
     };
-    let sheet = strandbench_score::score(truth, estimate, seed, progress).map_err(refused)?;
-    let strands = match &estimate.strands {
-        Some(_) => Some(strandbench_score::score_strands(truth, estimate, seed, progress).map_err(refused)?),
-        None => None,
-    };
-    write_sheet(dir, &sheet, strands, seed)
+    if estimate.strands.is_none() {
+        let sheet = strandbench_score::score(truth, estimate, seed, progress).map_err(refused)?;
+        return write_sheet(dir, &sheet, None, seed);
+    }
+    // Side by side, for each has stretches on one thread; the strands, which take far longer, tell the progress.
+    let (sheet, strands) = rayon::join(
+        || strandbench_score::score(truth, estimate, seed, &StopOnly(progress)),
+        || strandbench_score::score_strands(truth, estimate, seed, progress),
+    );
+    write_sheet(dir, &sheet.map_err(refused)?, Some(strands.map_err(refused)?), seed)
 }
 
 fn write_sheet(

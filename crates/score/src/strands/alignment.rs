@@ -18,14 +18,11 @@ use strandbench_types::nearest::{Order, ask_in_order};
 pub(crate) const PAIRS: [(&str, f64, f64); 4] =
     [("1mm", 1.0, 10.0), ("2mm", 2.0, 20.0), ("3mm", 3.0, 30.0), ("4mm", 4.0, 40.0)];
 
-/// Which neighbours may confirm a sample.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Mode {
-    Any,
-    Nearest,
-    /// Any neighbour, both strands reduced to their vertices.
-    Vertex,
-}
+/// What may confirm a sample: any neighbour, or the nearest alone.
+const MODES: [(&str, &str); 2] = [("any", ""), ("nearest", "nearest.")];
+
+/// What each of [`MODES`] says.
+type Both = [Stairs; 2];
 
 /// A share of weights, per distance and angle of the grid.
 type Grid = [[f64; 6]; 7];
@@ -34,16 +31,11 @@ fn within(stairs: &Stairs, d: usize, a: usize) -> bool {
     usize::from(stairs[d]) <= a
 }
 
-/// What the nearest neighbour says at each distance of the grid.
-fn stairs_of(hit: Option<&Hit>) -> Stairs {
-    hit.map_or(NOTHING, Hit::stairs)
-}
-
-fn stairs(curves: &Curves, s: &Sample, mode: Mode) -> Stairs {
-    match mode {
-        Mode::Any => curves.staircase(s.position, s.tangent, false),
-        Mode::Vertex => curves.staircase(s.position, s.tangent, true),
-        Mode::Nearest => stairs_of(curves.nearest(s.position, s.tangent, GRID_MM[6], 0.0).as_ref()),
+/// What the neighbours of a sample say; `nearest` is the nearest of all, if it is known.
+fn stairs(curves: &Curves, s: &Sample, nearest: Option<Hit>) -> Both {
+    match nearest.or_else(|| curves.nearest(s.position, s.tangent, GRID_MM[6], 0.0)) {
+        Some(hit) => [curves.staircase(s.position, s.tangent, &hit), hit.stairs()],
+        None => [NOTHING; 2],
     }
 }
 
@@ -125,12 +117,18 @@ pub(crate) fn score(reference: &Reference, c: &Candidate, rows: &mut Rows, grids
         };
         let own = (set != Set::V2).then(|| Order::of(&judged, |j: &Judged| j.sample.position));
         let judged_order = own.as_ref().unwrap_or(&c.judged_order);
-        for (mode, suffix) in [(Mode::Any, ""), (Mode::Nearest, "nearest.")] {
-            let found = match (set, mode) {
-                (Set::V2, Mode::Nearest) => c.nearest.iter().map(|h| stairs_of(h.as_ref())).collect(),
-                _ => wanted_order.ask(&wanted, |s| stairs(c.curves, s, mode)),
-            };
-            let confirmed = confirm(reference, set, (&judged, judged_order), mode);
+        let found: Vec<Both> = match set {
+            Set::V2 => {
+                let known: Vec<(&Sample, Option<Hit>)> =
+                    wanted.iter().zip(c.nearest.iter().copied()).collect();
+                wanted_order.ask(&known, |(s, nearest)| stairs(c.curves, s, *nearest))
+            }
+            _ => wanted_order.ask(&wanted, |s| stairs(c.curves, s, None)),
+        };
+        let confirmed = confirm(reference, set, (&judged, judged_order));
+        for (k, (mode, suffix)) in MODES.into_iter().enumerate() {
+            let one = |all: &[Both]| all.iter().map(|both| both[k]).collect::<Vec<Stairs>>();
+            let (found, confirmed) = (one(&found), one(&confirmed));
             let r = recall(&wanted, &found, |i| wanted[i].weight_mm);
             let (p, seen) = precision(set, &judged, &confirmed);
             let prefix = format!("B1.{name}{suffix}");
@@ -138,12 +136,12 @@ pub(crate) fn score(reference: &Reference, c: &Candidate, rows: &mut Rows, grids
             grids.push(StrandGrid {
                 subject: c.name.to_owned(),
                 set: ["full", "v1", "v2"][set as usize].to_owned(),
-                mode: if mode == Mode::Any { "any" } else { "nearest" }.to_owned(),
+                mode: mode.to_owned(),
                 precision: p,
                 recall: r,
                 observed: seen,
             });
-            if set == Set::V2 && mode == Mode::Any {
+            if set == Set::V2 && mode == "any" {
                 let asked = asked_area(&wanted, &judged, &seen, place(2.0, 20.0));
                 rows.push(c.name, "B1.f_auc", area(&p, &r), asked);
                 let (d, a) = place(2.0, 20.0);
@@ -165,13 +163,14 @@ fn thin(judged: &[Judged], most: usize) -> Vec<Judged> {
 }
 
 /// Stairs of the samples that may be observed; those that are not are not asked for.
-fn confirm(reference: &Reference, set: Set, (judged, order): (&[Judged], &Order), mode: Mode) -> Vec<Stairs> {
+fn confirm(reference: &Reference, set: Set, (judged, order): (&[Judged], &Order)) -> Vec<Both> {
     let curves = reference.curves(set);
-    let of = |j: &Judged| match mode {
-        // The nearest of all true strands belongs to the set: it is the set's nearest too.
-        Mode::Nearest if j.cameras >= set as u32 => stairs_of(Some(&j.nearest)),
-        _ if j.in_layer(set) || j.free => stairs(curves, &j.sample, mode),
-        _ => NOTHING,
+    let of = |j: &Judged| {
+        if !(j.in_layer(set) || j.free) {
+            return [NOTHING; 2];
+        }
+        // If the nearest of all true strands belongs to the set, it is the set's nearest too.
+        stairs(curves, &j.sample, (j.cameras >= set as u32).then_some(j.nearest))
     };
     order.ask(judged, of)
 }
@@ -256,7 +255,8 @@ fn legacy(reference: &Reference, c: &Candidate, rows: &mut Rows) {
                 Sample { position, tangent, weight_mm: 1.0, strand: 0, point: i as u32, along: 0.0 }
             })
             .collect();
-        let found = ask_in_order(&vertices, |s| s.position, |s| stairs(among, s, Mode::Vertex));
+        let found =
+            ask_in_order(&vertices, |s| s.position, |s| among.vertex_staircase(s.position, s.tangent));
         let grid = recall(&vertices, &found, |_| 1.0);
         let share = |(_, mm, deg)| {
             let (d, a) = place(mm, deg);

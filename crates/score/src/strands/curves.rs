@@ -236,25 +236,44 @@ impl Curves {
     }
 
     /// The smallest angle with the unit line `t` among the pieces within each distance of the grid, as a place on the
-    /// grid of angles. With `vertices`, distances are to each segment's first point alone.
-    pub fn staircase(&self, p: DVec3, t: DVec3, vertices: bool) -> Stairs {
-        let steps = Staircase {
+    /// grid of angles; `nearest` is the nearest piece of all.
+    pub fn staircase(&self, p: DVec3, t: DVec3, nearest: &Hit) -> Stairs {
+        let mut steps = self.no_steps(t);
+        // Nothing is nearer, so nothing makes a step at smaller distances: they ask for no boxes.
+        steps.lowest = GRID_MM.iter().position(|mm| *mm >= nearest.distance_mm - TIE_MM).unwrap_or(7);
+        // Of squares that differ by rounding the walk decides.
+        if let Some(level) = GRID_MM.iter().position(|mm| *mm > nearest.distance_mm + TIE_MM) {
+            steps.improve(level, nearest.cos2);
+        }
+        self.climb(p, steps, |rank, steps| {
+            let (d2, cos2, _) = self.member(rank, p, t);
+            steps.improve_at(d2, cos2);
+        })
+    }
+
+    /// As [`Curves::staircase`], with distances to each segment's first point alone.
+    pub fn vertex_staircase(&self, p: DVec3, t: DVec3) -> Stairs {
+        self.climb(p, self.no_steps(t), |rank, steps| {
+            let (_, cos2, _) = self.member(rank, p, t);
+            steps.improve_at(self.segments[rank].a.as_dvec3().distance_squared(p), cos2);
+        })
+    }
+
+    fn no_steps(&self, t: DVec3) -> Staircase<'_> {
+        Staircase {
             stairs: NOTHING,
             need: std::array::from_fn(|l| if l < 7 { GRID_COS2[5] } else { f64::INFINITY }),
+            lowest: 0,
             cos2: &GRID_COS2,
             line: t.as_vec3(),
             cones: self.cones(),
-        };
+        }
+    }
+
+    fn climb(&self, p: DVec3, steps: Staircase<'_>, visit: impl Fn(usize, &mut Staircase<'_>)) -> Stairs {
         let visit = |rank, steps: &mut Staircase<'_>| {
-            if self.is_beyond(rank, steps.line, steps.need[0] as f32) {
-                return;
-            }
-            let (mut d2, cos2, ..) = self.member(rank, p, t);
-            if vertices {
-                d2 = self.segments[rank].a.as_dvec3().distance_squared(p);
-            }
-            if let Some(level) = GRID2.iter().position(|&g| d2 <= g) {
-                steps.improve(level, cos2);
+            if !self.is_beyond(rank, steps.line, steps.need[steps.lowest] as f32) {
+                visit(rank, steps);
             }
         };
         self.tree.walk_while(p, visit, steps).stairs
@@ -271,6 +290,8 @@ struct Staircase<'a> {
     stairs: Stairs,
     /// Squared cosine that makes a better step at each distance of the grid, ascending, and beyond all of them.
     need: [f64; 8],
+    /// First distance of the grid at which there can be a step.
+    lowest: usize,
     /// Of the grid's angles.
     cos2: &'a [f64; 6],
     line: Vec3,
@@ -278,6 +299,12 @@ struct Staircase<'a> {
 }
 
 impl Staircase<'_> {
+    fn improve_at(&mut self, distance_squared: f64, cos2: f64) {
+        if let Some(level) = GRID2.iter().position(|&g| distance_squared <= g) {
+            self.improve(level, cos2);
+        }
+    }
+
     fn improve(&mut self, level: usize, cos2: f64) {
         if cos2 < self.need[level] {
             return;
@@ -297,7 +324,7 @@ impl Staircase<'_> {
 impl Limit for Staircase<'_> {
     fn matters(&self, node: u32, distance_squared: f32) -> bool {
         let level: usize = GRID2_F32.iter().map(|&g| usize::from(g < distance_squared)).sum();
-        let need = self.need[level];
+        let need = self.need[level.max(self.lowest)];
         need <= 0.0 || need <= 1.0 && need <= self.cones[node as usize].most_cos2(self.line)
     }
 }
@@ -375,7 +402,8 @@ mod tests {
             let mut v = |s: f32| DVec3::new(f64::from(r.range(-s, s)), f64::from(r.range(-s, s)), f64::from(r.range(-s, s)));
             let (p, t) = (v(9.0), v(1.0).normalize());
             let all = brute(&set, p, t);
-            let stairs = curves.staircase(p, t, false);
+            let hit = curves.nearest(p, t, f64::INFINITY, 0.0).unwrap();
+            let stairs = curves.staircase(p, t, &hit);
             for (d, mm) in GRID_MM.iter().enumerate() {
                 for deg in GRID_DEG {
                     let want = all.iter().any(|(x, a)| x <= mm && *a <= deg);
@@ -384,7 +412,6 @@ mod tests {
                 }
             }
             let nearest = all.iter().fold(f64::INFINITY, |m, x| m.min(x.0));
-            let hit = curves.nearest(p, t, f64::INFINITY, 0.0).unwrap();
             prop_assert!((hit.distance_mm - nearest).abs() < 1e-12);
             let aligned = all.iter().filter(|x| x.1 <= 20.0).fold(f64::INFINITY, |m, x| m.min(x.0));
             let hit = curves.nearest(p, t, 4.0, cos_squared(20.0));
@@ -408,10 +435,12 @@ mod tests {
         let hit = parts.nearest(DVec3::new(1.0, 0.0, 0.0), DVec3::X, 9.0, 0.0).unwrap();
         assert_eq!((hit.distance_mm, hit.along), (0.5, 0.5));
         assert!(parts.nearest(DVec3::X, DVec3::X, 0.4, 0.0).is_none());
-        let far = curves.staircase(DVec3::new(0.5, 3.5, 0.0), DVec3::X, false);
+        let far = DVec3::new(0.5, 3.5, 0.0);
+        let hit = curves.nearest(far, DVec3::X, 9.0, 0.0).unwrap();
+        let far = curves.staircase(far, DVec3::X, &hit);
         assert_eq!(far.map(|c| c < 6), [false, false, false, false, false, true, true]);
         assert!(
-            curves.staircase(DVec3::new(0.5, 0.0, 0.0), DVec3::X, true)[0] == 6,
+            curves.vertex_staircase(DVec3::new(0.5, 0.0, 0.0), DVec3::X)[0] == 6,
             "no vertex within 0.25 mm"
         );
     }

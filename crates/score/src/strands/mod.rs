@@ -61,10 +61,16 @@ pub fn score_strands(
     };
     let reference = Reference::new(truth)?;
     step()?;
-    perfect(&reference)?;
-    let population = shape::Population::new(&reference, MOST_METHOD as u64);
+    let (perfect, (population, nulls)) = rayon::join(
+        || perfect(&reference),
+        || {
+            let population = shape::Population::new(&reference, MOST_METHOD as u64);
+            let nulls = nulls::all(&reference, &population, seed);
+            (population, nulls)
+        },
+    );
+    perfect?;
     step()?;
-    let nulls = nulls::all(&reference, &population, seed);
     let one = |(name, strands, most): (&'static str, &StrandSet, usize)| -> Result<Scored, ScoreError> {
         let curves = Candidate::curves(strands)?;
         let c = Candidate::new(&reference, name, strands, &curves, most);

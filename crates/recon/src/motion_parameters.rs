@@ -10,8 +10,8 @@ parameters! {
     /// Whether depth maps are averaged with their unwarped neighbours. Concerns sequences alone.
     denoise: bool = true, |_| true, "true or false";
     /// How many frames before and after a frame are averaged with it. The paper averages "multiple frames" and gives no
-    /// number; SWEEPS.md has figures.
-    reach: usize = 1, |v| (1..=8).contains(&v), "a whole number from 1 to 8";
+    /// number; reports/moving.md has figures.
+    reach: usize = 3, |v| (1..=8).contains(&v), "a whole number from 1 to 8";
     /// Distance between nodes of the deformation graph, mm (4.4: 15).
     node_spacing_mm: f32 = 15.0, |v| positive(v) && v >= 2.0, "a number of at least 2";
     /// Points of the envelope that the registration uses for each node. The paper gives no number; more change

@@ -325,7 +325,7 @@ fn frames_come_out_in_turn_and_gaps_are_gaps() {
     let (rig, mut frames) = film(6, DVec3::new(0.5, 0.0, 0.0));
     let blank = frames[2].masks[0].map(|_| false);
     frames[2].masks[0] = blank;
-    let v = LUO.with("labels", "24").unwrap();
+    let v = LUO.with("labels", "24").unwrap().with("reach", "1").unwrap();
     let mut s = SequenceReconstructor::new(&rig, &v).unwrap();
     assert_eq!(s.latency(), 1);
     let order: Vec<Vec<u32>> = frames

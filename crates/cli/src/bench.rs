@@ -1,6 +1,6 @@
 //! `strandbench bench`.
 
-use crate::args::BenchArgs;
+use crate::measure_args::BenchArgs;
 use crate::print::{out, outln};
 use crate::progress::Show;
 use anyhow::{Result, anyhow};

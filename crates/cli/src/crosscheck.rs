@@ -1,7 +1,7 @@
 //! The cross-check: a call, its report, and words about it.
 
-use crate::args::CrosscheckArgs;
 use crate::commands::print_json;
+use crate::measure_args::CrosscheckArgs;
 use crate::print::outln;
 use crate::progress::Show;
 use anyhow::{Context, Result};

@@ -6,9 +6,12 @@ mod args;
 mod bench;
 mod commands;
 mod crosscheck;
+mod file_args;
 mod judge_args;
+mod measure_args;
 mod print;
 mod progress;
+mod stage_args;
 mod table;
 mod workflow_args;
 

@@ -1,6 +1,6 @@
 //! A run as a workflow.
 
-use crate::args::RunArgs;
+use crate::stage_args::RunArgs;
 use clap::{Args as ClapArgs, Subcommand};
 use std::path::PathBuf;
 use strandbench_suite::sequence::Frames;

@@ -1,7 +1,7 @@
 //! `ablate`: which there are, what they will cost, and what came out.
 
 use super::print_json;
-use crate::args::AblateArgs;
+use crate::measure_args::AblateArgs;
 use crate::print::{errln, outln};
 use crate::progress::Show;
 use anyhow::Result;

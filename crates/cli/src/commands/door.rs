@@ -1,7 +1,7 @@
 //! What goes out to methods from outside.
 
 use super::print_json;
-use crate::args::{BaselinesArgs, DatasetArgs};
+use crate::file_args::{BaselinesArgs, DatasetArgs};
 use crate::print::outln;
 use crate::progress::Show;
 use anyhow::Result;

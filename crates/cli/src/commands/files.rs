@@ -1,7 +1,7 @@
 //! Files in and out.
 
 use super::{import_options, print_json};
-use crate::args::{ExportArgs, ImportArgs};
+use crate::file_args::{ExportArgs, ImportArgs};
 use crate::print::out;
 use crate::progress::Show;
 use crate::table;

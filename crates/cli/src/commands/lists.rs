@@ -1,7 +1,7 @@
 //! What there is to choose from.
 
 use super::print_json;
-use crate::args::ListArgs;
+use crate::file_args::ListArgs;
 use crate::print::{out, outln};
 use crate::table;
 use anyhow::Result;

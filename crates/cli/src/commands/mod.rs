@@ -9,9 +9,11 @@ mod lists;
 mod stages;
 mod workflow;
 
-use crate::args::{Args, BaselinesCommand, Command, DatasetCommand, ImportOptionArgs, RunArgs, SceneArgs};
+use crate::args::{Args, Command};
+use crate::file_args::{BaselinesCommand, DatasetCommand};
 use crate::print::{errln, out, outln};
 use crate::progress::{Show, listen_for_ctrl_c};
+use crate::stage_args::{ImportOptionArgs, RunArgs, SceneArgs};
 use crate::table;
 use anyhow::{Result, anyhow, bail};
 use strandbench_io::{ImportOptions, PRESETS};

@@ -1,9 +1,9 @@
 //! The stages apart, each on the folder that the one before wrote.
 
 use super::{cells, print_json, say_left_out, say_notes};
-use crate::args::{ReconstructArgs, RenderArgs, ReportArgs, SceneArgs, ScoreArgs};
 use crate::print::{out, outln};
 use crate::progress::Show;
+use crate::stage_args::{ReconstructArgs, RenderArgs, ReportArgs, SceneArgs, ScoreArgs};
 use crate::table;
 use anyhow::{Context, Result, anyhow, bail};
 use serde_json::json;

@@ -1,9 +1,9 @@
 //! A run as a workflow: writing it, and its jobs.
 
 use super::{cells, print_json, say_left_out};
-use crate::args::RunArgs;
 use crate::print::{errln, out, outln};
 use crate::progress::Show;
+use crate::stage_args::RunArgs;
 use crate::table;
 use crate::workflow_args::{WorkflowCommand, WriteArgs};
 use anyhow::{Context, Result};

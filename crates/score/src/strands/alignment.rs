@@ -1,9 +1,10 @@
 //! B1 and B2: are the strands where the true ones are, and do they run the same way?
 
-use super::curves::{Curves, GRID_DEG, GRID_MM, Hit, NOTHING, Stairs};
+use super::curves::{Curves, Hit};
 use super::judge::{Candidate, Judged, MOST_TRUE, Reference};
 use super::samples::{Sample, Set};
 use super::sheet::StrandGrid;
+use super::stairs::{GRID_DEG, GRID_MM, NOTHING, Stairs};
 use crate::angles::between_axes_deg;
 use crate::depth::cell_weights;
 use crate::rows::{Asked, Rows};

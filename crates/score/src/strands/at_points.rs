@@ -1,6 +1,7 @@
 //! How far each point of a set of strands is from the truth, for pictures.
 
-use super::curves::{Curves, check_lengths, cos_squared};
+use super::curves::{Curves, check_lengths};
+use super::stairs::cos_squared;
 use crate::ScoreError;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;

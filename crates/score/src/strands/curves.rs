@@ -1,13 +1,14 @@
 //! Strands as curves, ready for nearest and range queries.
 
 use super::cones::{Cone, cones};
+use super::stairs::{GRID_COS2, GRID_MM, NOTHING, Staircase, Stairs};
 use crate::ScoreError;
 use strandbench_types::nearest::{Limit, Tree, outward};
 
 use crate::check::fault;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
-use std::sync::{LazyLock, OnceLock};
+use std::sync::OnceLock;
 use strandbench_types::StrandSet;
 
 /// Segments shorter than this have no direction; they are left out and counted, mm (METRICS ground rule 3).
@@ -15,35 +16,6 @@ pub(crate) const MIN_SEGMENT_MM: f32 = 1e-6;
 
 /// Two pieces whose distances differ by less count as equally near, mm.
 const TIE_MM: f64 = 1e-9;
-
-/// Distances of the grid, mm.
-pub(crate) const GRID_MM: [f64; 7] = [0.25, 0.5, 1.0, 2.0, 3.0, 4.0, 5.0];
-
-/// Angles of the grid, degrees.
-pub(crate) const GRID_DEG: [f64; 6] = [5.0, 10.0, 20.0, 30.0, 40.0, 90.0];
-
-/// Square of the cosine from which on two lines are within an angle; every pair of lines is within 90 degrees.
-pub(crate) fn cos_squared(deg: f64) -> f64 {
-    if deg >= 90.0 { 0.0 } else { deg.to_radians().cos().powi(2) }
-}
-
-/// [`cos_squared`] of [`GRID_DEG`].
-static GRID_COS2: LazyLock<[f64; 6]> = LazyLock::new(|| GRID_DEG.map(cos_squared));
-
-/// At each distance of the grid, the place of the smallest angle of the grid that something there is within; 6 where there is
-/// nothing.
-pub(crate) type Stairs = [u8; 7];
-
-/// Nothing at any distance.
-pub(crate) const NOTHING: Stairs = [6; 7];
-
-impl Hit {
-    /// What this piece alone amounts to.
-    pub fn stairs(&self) -> Stairs {
-        let angle = GRID_COS2.iter().position(|&c| self.cos2 >= c).unwrap_or(6) as u8;
-        GRID_MM.map(|mm| if self.distance_mm <= mm { angle } else { 6 })
-    }
-}
 
 /// A part of a segment: its index in the points, and where on it the part begins and ends (0 to 1).
 pub(crate) type Part = (u32, [f64; 2]);
@@ -280,55 +252,6 @@ impl Curves {
     }
 }
 
-/// Squares of [`GRID_MM`].
-const GRID2: [f64; 7] = [0.0625, 0.25, 1.0, 4.0, 9.0, 16.0, 25.0];
-
-/// The same numbers; their number is padded to what one instruction compares.
-const GRID2_F32: [f32; 8] = [0.0625, 0.25, 1.0, 4.0, 9.0, 16.0, 25.0, f32::INFINITY];
-
-struct Staircase<'a> {
-    stairs: Stairs,
-    /// Squared cosine that makes a better step at each distance of the grid, ascending, and beyond all of them.
-    need: [f64; 8],
-    /// First distance of the grid at which there can be a step.
-    lowest: usize,
-    /// Of the grid's angles.
-    cos2: &'a [f64; 6],
-    line: Vec3,
-    cones: &'a [Cone],
-}
-
-impl Staircase<'_> {
-    fn improve_at(&mut self, distance_squared: f64, cos2: f64) {
-        if let Some(level) = GRID2.iter().position(|&g| distance_squared <= g) {
-            self.improve(level, cos2);
-        }
-    }
-
-    fn improve(&mut self, level: usize, cos2: f64) {
-        if cos2 < self.need[level] {
-            return;
-        }
-        let angle = self.cos2.iter().position(|&c| cos2 >= c).unwrap_or(6);
-        let need = if angle == 0 { f64::INFINITY } else { self.cos2[angle - 1] };
-        for l in level..7 {
-            if usize::from(self.stairs[l]) <= angle {
-                break;
-            }
-            self.stairs[l] = angle as u8;
-            self.need[l] = need;
-        }
-    }
-}
-
-impl Limit for Staircase<'_> {
-    fn matters(&self, node: u32, distance_squared: f32) -> bool {
-        let level: usize = GRID2_F32.iter().map(|&g| usize::from(g < distance_squared)).sum();
-        let need = self.need[level.max(self.lowest)];
-        need <= 0.0 || need <= 1.0 && need <= self.cones[node as usize].most_cos2(self.line)
-    }
-}
-
 /// Pieces within a squared distance whose lines may be within an angle.
 struct Aligned<'a> {
     limit: f64,
@@ -360,88 +283,4 @@ pub(crate) fn check_lengths(strands: &StrandSet, whose: &str) -> Result<(), Scor
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-    use strandbench_rng::Rng;
-
-    fn random(seed: u64, n: u64) -> StrandSet {
-        let mut set = StrandSet::new();
-        for i in 0..n {
-            let mut r = Rng::keyed(&[seed, i]);
-            let mut v = |s: f32| Vec3::new(r.range(-s, s), r.range(-s, s), r.range(-s, s));
-            let a = v(8.0);
-            set.push(&[a, a + v(3.0), a + v(4.0)], 0.04);
-        }
-        set
-    }
-
-    fn brute(set: &StrandSet, p: DVec3, t: DVec3) -> Vec<(f64, f64)> {
-        let mut all = Vec::new();
-        for s in set.iter() {
-            for w in s.windows(2) {
-                let (a, b) = (w[0].as_dvec3(), w[1].as_dvec3());
-                let u = b - a;
-                let along = ((p - a).dot(u) / u.length_squared()).clamp(0.0, 1.0);
-                all.push((
-                    p.distance(a + u * along),
-                    t.dot(u.normalize()).abs().min(1.0).acos().to_degrees(),
-                ));
-            }
-        }
-        all
-    }
-
-    proptest! {
-        #![proptest_config(ProptestConfig::with_cases(150))]
-        #[test]
-        fn queries_agree_with_brute_force(seed in any::<u64>(), n in 1..120u64) {
-            let set = random(seed, n);
-            let curves = Curves::whole(&set, |_| true).unwrap();
-            let mut r = Rng::keyed(&[seed, 1 << 40]);
-            let mut v = |s: f32| DVec3::new(f64::from(r.range(-s, s)), f64::from(r.range(-s, s)), f64::from(r.range(-s, s)));
-            let (p, t) = (v(9.0), v(1.0).normalize());
-            let all = brute(&set, p, t);
-            let hit = curves.nearest(p, t, f64::INFINITY, 0.0).unwrap();
-            let stairs = curves.staircase(p, t, &hit);
-            for (d, mm) in GRID_MM.iter().enumerate() {
-                for deg in GRID_DEG {
-                    let want = all.iter().any(|(x, a)| x <= mm && *a <= deg);
-                    let place = GRID_DEG.iter().position(|g| *g == deg).unwrap();
-                    prop_assert_eq!(usize::from(stairs[d]) <= place, want, "{} mm {} deg", mm, deg);
-                }
-            }
-            let nearest = all.iter().fold(f64::INFINITY, |m, x| m.min(x.0));
-            prop_assert!((hit.distance_mm - nearest).abs() < 1e-12);
-            let aligned = all.iter().filter(|x| x.1 <= 20.0).fold(f64::INFINITY, |m, x| m.min(x.0));
-            let hit = curves.nearest(p, t, 4.0, cos_squared(20.0));
-            prop_assert_eq!(hit.map_or(f64::INFINITY, |h| (h.distance_mm * 1e9).round()),
-                if aligned <= 4.0 { (aligned * 1e9).round() } else { f64::INFINITY });
-        }
-    }
-
-    #[test]
-    fn ties_go_to_the_smaller_angle_and_parts_end_where_they_are_cut() {
-        let mut set = StrandSet::new();
-        set.push(&[Vec3::ZERO, Vec3::X, Vec3::new(1.0, -1.0, 0.0)], 0.04);
-        let curves = Curves::whole(&set, |_| true).unwrap();
-        let corner = DVec3::new(2.0, 1.0, 0.0);
-        for (t, point) in [(DVec3::X, 0), (DVec3::Y, 1)] {
-            let hit = curves.nearest(corner, t, 9.0, 0.0).unwrap();
-            assert_eq!((hit.point, hit.cos2), (point, 1.0));
-        }
-        assert_eq!(curves.nearest(corner, DVec3::Y, 9.0, 0.0).unwrap().direction, DVec3::NEG_Y);
-        let parts = Curves::parts(&set, &[(0, [0.25, 0.5])]);
-        let hit = parts.nearest(DVec3::new(1.0, 0.0, 0.0), DVec3::X, 9.0, 0.0).unwrap();
-        assert_eq!((hit.distance_mm, hit.along), (0.5, 0.5));
-        assert!(parts.nearest(DVec3::X, DVec3::X, 0.4, 0.0).is_none());
-        let far = DVec3::new(0.5, 3.5, 0.0);
-        let hit = curves.nearest(far, DVec3::X, 9.0, 0.0).unwrap();
-        let far = curves.staircase(far, DVec3::X, &hit);
-        assert_eq!(far.map(|c| c < 6), [false, false, false, false, false, true, true]);
-        assert!(
-            curves.vertex_staircase(DVec3::new(0.5, 0.0, 0.0), DVec3::X)[0] == 6,
-            "no vertex within 0.25 mm"
-        );
-    }
-}
+mod tests;

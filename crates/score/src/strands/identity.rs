@@ -1,9 +1,10 @@
 //! B3 and B4: which estimated strand is which true one, and does it run from root to tip?
 
-use super::curves::{Hit, cos_squared};
+use super::curves::Hit;
 use super::judge::{Candidate, Reference};
 use super::matching::Weights;
 use super::samples::Set;
+use super::stairs::cos_squared;
 use crate::rows::{Asked, Rows};
 use rayon::prelude::*;
 use std::collections::BTreeMap;

@@ -1,8 +1,9 @@
 //! What is asked of an estimated sample: which true strand it stands for, and whether it is observed at all.
 
-use super::curves::{Curves, GRID_MM, Hit, NOTHING, Stairs, cos_squared};
+use super::curves::{Curves, Hit};
 use super::free::FreeSpace;
 use super::samples::{Sample, Samples, Set, TrueStrands};
+use super::stairs::{GRID_MM, NOTHING, Stairs, cos_squared};
 use crate::ScoreError;
 use rayon::prelude::*;
 use strandbench_types::nearest::Order;

@@ -13,6 +13,7 @@ mod nulls;
 pub(crate) mod samples;
 mod shape;
 mod sheet;
+pub(crate) mod stairs;
 
 pub use at_points::strand_point_errors_mm;
 pub use metrics::strand_metrics;

@@ -23,9 +23,9 @@ pub struct StrandGrid {
 
 impl StrandGrid {
     /// Distances of the grid, mm.
-    pub const MM: [f64; 7] = super::curves::GRID_MM;
+    pub const MM: [f64; 7] = super::stairs::GRID_MM;
     /// Angles of the grid, degrees; the last one accepts every line.
-    pub const DEG: [f64; 6] = super::curves::GRID_DEG;
+    pub const DEG: [f64; 6] = super::stairs::GRID_DEG;
 }
 
 /// All strand figures of one frame.

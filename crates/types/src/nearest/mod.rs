@@ -1,7 +1,9 @@
 //! What is nearest: a tree of boxes over anything that has one, and over line segments.
 
+mod order;
 mod segments;
 mod tree;
 
+pub use order::{Order, ask_in_order};
 pub use segments::{Segment, SegmentIndex, outward, point_to_segment_squared};
-pub use tree::{Limit, Order, Tree, ask_in_order};
+pub use tree::{Limit, Tree};

@@ -278,53 +278,8 @@ impl Limit for f64 {
     }
 }
 
-/// Answers `ask` for each item, in the items' order; asked in Morton order of their positions, so that
-/// neighbours find the same part of a tree in the cache.
-pub fn ask_in_order<T: Sync, R: Copy + Send + Sync>(
-    items: &[T],
-    position: impl Fn(&T) -> DVec3 + Sync,
-    ask: impl Fn(&T) -> R + Sync,
-) -> Vec<R> {
-    Order::of(items, position).ask(items, ask)
-}
-
-/// The Morton order of items, for those of whom more than one thing is asked.
-pub struct Order {
-    /// Items in their order.
-    items: Vec<u32>,
-    /// Place of each item in it.
-    places: Vec<u32>,
-}
-
-impl Order {
-    /// Of items by their positions; equal ones by index.
-    ///
-    /// # Panics
-    /// If there are 2^32 items or more.
-    pub fn of<T: Sync>(items: &[T], position: impl Fn(&T) -> DVec3 + Sync) -> Order {
-        assert!(u32::try_from(items.len()).is_ok(), "{} items", items.len());
-        let keyed = keyed(items.len(), &|i| [position(&items[i]).as_vec3(); 2]);
-        let mut places = vec![0; items.len()];
-        for (rank, k) in keyed.iter().enumerate() {
-            places[k.1 as usize] = rank as u32;
-        }
-        Order { items: keyed.into_par_iter().map(|k| k.1).collect(), places }
-    }
-
-    /// As [`ask_in_order`], of the same items.
-    ///
-    /// # Panics
-    /// If `items` are not as many as those that the order is of.
-    pub fn ask<T: Sync, R: Copy + Send + Sync>(&self, items: &[T], ask: impl Fn(&T) -> R + Sync) -> Vec<R> {
-        assert_eq!(items.len(), self.items.len(), "items of another order");
-        let answers: Vec<R> =
-            self.items.par_iter().with_min_len(64).map(|&i| ask(&items[i as usize])).collect();
-        self.places.par_iter().map(|&rank| answers[rank as usize]).collect()
-    }
-}
-
 /// Members with their Morton keys, in ascending order of them; equal ones by index.
-fn keyed(n: usize, bounds: &(impl Fn(usize) -> [Vec3; 2] + Sync)) -> Vec<(u64, u32)> {
+pub(super) fn keyed(n: usize, bounds: &(impl Fn(usize) -> [Vec3; 2] + Sync)) -> Vec<(u64, u32)> {
     let join = |a: [Vec3; 2], b: [Vec3; 2]| [a[0].min(b[0]), a[1].max(b[1])];
     let none = [Vec3::INFINITY, Vec3::NEG_INFINITY];
     let all = (0..n).into_par_iter().map(bounds).reduce(|| none, join);
@@ -358,60 +313,4 @@ fn spread(v: f64) -> u64 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-    use strandbench_rng::Rng;
-
-    #[test]
-    fn halves_built_side_by_side_make_the_tree_of_one_after_the_other() {
-        let point = |i: usize| {
-            let mut r = Rng::keyed(&[9, i as u64]);
-            Vec3::new(r.range(-50.0, 50.0), r.range(-50.0, 50.0), r.range(-50.0, 50.0))
-        };
-        let n = 3 * PARALLEL;
-        let (tree, order) = Tree::new(n, |i| [point(i); 2]);
-        let found = tree.fold(
-            (0, 0),
-            |ranks| (ranks.len(), ranks.map(|r| order[r] as u64).sum::<u64>()),
-            |a, b| (a.0 + b.0, a.1 + b.1),
-        );
-        assert_eq!(found[0], (n, (n as u64 - 1) * n as u64 / 2), "every member below the root once");
-        for (i, node) in tree.nodes.iter().enumerate().filter(|(_, node)| node.count == 0) {
-            let own = tree.bounds[i];
-            for child in [&tree.bounds[i + 1], &tree.bounds[node.link as usize]] {
-                let inside = own.lo.cmple(child.lo).all() && own.hi.cmpge(child.hi).all();
-                assert!(inside && node.link as usize > i + 1, "node {i}");
-            }
-        }
-        let p = DVec3::new(3.0, -7.0, 2.0);
-        let mut met = 0;
-        tree.walk(p, 100.0, |rank| {
-            met += usize::from(point(order[rank] as usize).as_dvec3().distance_squared(p) <= 100.0);
-            100.0
-        });
-        assert_eq!(met, (0..n).filter(|&i| point(i).as_dvec3().distance_squared(p) <= 100.0).count());
-    }
-
-    proptest! {
-        #![proptest_config(ProptestConfig::with_cases(100))]
-        #[test]
-        fn a_walk_meets_every_member_within_reach(seed in any::<u64>(), n in 0..300usize, equal in any::<bool>()) {
-            let point = |i: usize| {
-                let mut r = Rng::keyed(&[seed, if equal { i as u64 % 3 } else { i as u64 }]);
-                Vec3::new(r.range(-50.0, 50.0), r.range(-50.0, 50.0), r.range(-1.0, 1.0))
-            };
-            let (tree, order) = Tree::new(n, |i| [point(i), point(i) + Vec3::ONE]);
-            let mut sorted = order.clone();
-            sorted.sort_unstable();
-            prop_assert!(sorted.iter().enumerate().all(|(i, &o)| i == o as usize), "every member once");
-            let (p, reach) = (DVec3::new(3.0, -7.0, 2.0), 400.0);
-            let mut met = vec![false; n];
-            tree.walk(p, reach, |rank| { met[order[rank] as usize] = true; reach });
-            for i in 0..n {
-                let nearest = p.clamp(point(i).as_dvec3(), (point(i) + Vec3::ONE).as_dvec3());
-                prop_assert!(met[i] || nearest.distance_squared(p) > reach, "member {i}");
-            }
-        }
-    }
-}
+mod tests;

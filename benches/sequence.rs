@@ -14,8 +14,8 @@ const SEED: u64 = 1;
 /// The head begins to turn.
 const FIRST: u32 = 20;
 
-/// As many as de-noising needs for the one in the middle.
-const FRAMES: u32 = 3;
+/// Shown forwards and backwards again and again.
+const FRAMES: u32 = 4;
 
 /// What a camera sees of a pose, and the truth about it. Direct light: enough to reconstruct from.
 fn shoot(scene: &strandbench_scenes::Scene, index: u32) -> (Frame, Truth) {
@@ -33,14 +33,35 @@ fn shoot(scene: &strandbench_scenes::Scene, index: u32) -> (Frame, Truth) {
     (Frame { index, images, masks: truth.views.iter().map(|v| v.mask.clone()).collect() }, truth)
 }
 
-fn reconstruct(rig: &Rig, frames: &[Frame], variant: &Variant) -> Vec<Estimate> {
-    let mut method = SequenceReconstructor::new(rig, variant).expect("a valid rig");
-    let mut out = Vec::new();
-    for frame in frames {
-        out.extend(method.push(frame, &Silent).expect("a valid frame"));
+/// A method amid a long sequence: every frame that comes in lets one out, with neighbours on both sides.
+struct Running<'a> {
+    frames: &'a [Frame],
+    method: SequenceReconstructor,
+    next: u32,
+}
+
+impl<'a> Running<'a> {
+    /// What comes out first is of the first frame.
+    fn new(rig: &Rig, frames: &'a [Frame], variant: &Variant) -> (Running<'a>, Estimate) {
+        let method = SequenceReconstructor::new(rig, variant).expect("a valid rig");
+        let mut running = Running { frames, method, next: 0 };
+        let first = loop {
+            if let Some(estimate) = running.push() {
+                break estimate;
+            }
+        };
+        (running, first)
     }
-    out.extend(method.finish(&Silent).expect("not cancelled"));
-    out.into_iter().map(|f| f.outcome.expect("an answer").estimate).collect()
+
+    fn push(&mut self) -> Option<Estimate> {
+        let last = self.frames.len() - 1;
+        let turn = self.next as usize % (2 * last);
+        let frame = Frame { index: self.next, ..self.frames[turn.min(2 * last - turn)].clone() };
+        self.next += 1;
+        let mut out = self.method.push(&frame, &Silent).expect("a valid frame");
+        assert!(out.len() <= 1, "{} frames came out at once", out.len());
+        Some(out.pop()?.outcome.expect("an answer").estimate)
+    }
 }
 
 fn sequence(c: &mut Criterion) {
@@ -78,13 +99,16 @@ fn sequence(c: &mut Criterion) {
     let frames: Vec<Frame> = shots.iter().map(|s| s.0.clone()).collect();
     let alone = LUO.with("denoise", "false").expect("a parameter");
     let strands = VARIANTS.iter().find(|v| v.name == "luo-strands").expect("in the table");
+    let mut estimate = None;
     for (name, variant) in [("envelope", &alone), ("envelope, de-noised", &LUO), ("strands", strands)] {
-        group.bench_function(format!("reconstruct/three frames, {name}"), |b| {
-            b.iter(|| reconstruct(rig, &frames, variant));
+        let (mut running, first) = Running::new(rig, &frames, variant);
+        estimate = Some(first);
+        group.bench_function(format!("reconstruct/a frame, {name}"), |b| {
+            b.iter(|| running.push().expect("one comes out"));
         });
     }
-    let estimate = reconstruct(rig, &frames, strands).swap_remove(1);
-    let truth = &shots[1].1;
+    let estimate = estimate.expect("with strands");
+    let truth = &shots[0].1;
     group.bench_function("score/envelope of a frame", |b| {
         b.iter(|| strandbench_score::score(truth, &estimate, SEED, &Silent).expect("scores"));
     });

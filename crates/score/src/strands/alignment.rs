@@ -11,9 +11,8 @@ use crate::rows::{Asked, Rows};
 use crate::stats::Weighted;
 use glam::DVec3;
 use rayon::prelude::*;
-use std::borrow::Cow;
 use strandbench_types::StrandSet;
-use strandbench_types::nearest::{Order, ask_in_order};
+use strandbench_types::nearest::Ordered;
 
 /// Tolerances of the headline figures: name, mm, degrees (all on the grid).
 pub(crate) const PAIRS: [(&str, f64, f64); 4] =
@@ -106,32 +105,24 @@ fn area(p: &Grid, r: &Grid) -> f64 {
 /// Adds B1 and B2 for one candidate.
 pub(crate) fn score(reference: &Reference, c: &Candidate, rows: &mut Rows, grids: &mut Vec<StrandGrid>) {
     for (set, name) in [(Set::V2, ""), (Set::V1, "v1."), (Set::Full, "full.")] {
-        let wanted = match set {
-            Set::V2 => Cow::Borrowed(&c.wanted),
-            _ => Cow::Owned(reference.samples(set).thinned(c.most).list),
-        };
-        let own = (set != Set::V2).then(|| Order::of(&wanted, |s: &Sample| s.position));
-        let wanted_order = own.as_ref().unwrap_or(&c.wanted_order);
-        let judged = match set {
-            Set::V2 => Cow::Borrowed(&c.judged),
-            _ => Cow::Owned(thin(&c.judged, MOST_TRUE[set as usize] as usize)),
-        };
-        let own = (set != Set::V2).then(|| Order::of(&judged, |j: &Judged| j.sample.position));
-        let judged_order = own.as_ref().unwrap_or(&c.judged_order);
-        let found: Vec<Both> = match set {
-            Set::V2 => {
-                let known: Vec<(&Sample, Option<Hit>)> =
-                    wanted.iter().zip(c.nearest.iter().copied()).collect();
-                wanted_order.ask(&known, |(s, nearest)| stairs(c.curves, s, *nearest))
+        let (own_wanted, own_judged);
+        let (wanted, judged) = match set {
+            Set::V2 => (&c.wanted, &c.judged),
+            _ => {
+                own_wanted = Ordered::new(reference.samples(set).thinned(c.most).list, |s| s.position);
+                let judged = thin(&c.judged, MOST_TRUE[set as usize] as usize);
+                own_judged = Ordered::new(judged, |j| j.sample.position);
+                (&own_wanted, &own_judged)
             }
-            _ => wanted_order.ask(&wanted, |s| stairs(c.curves, s, None)),
         };
-        let confirmed = confirm(reference, set, (&judged, judged_order));
+        let known = |i: usize| if set == Set::V2 { c.nearest[i] } else { None };
+        let found = wanted.ask(|i, s| stairs(c.curves, s, known(i)));
+        let confirmed = confirm(reference, set, judged);
         for (k, (mode, suffix)) in MODES.into_iter().enumerate() {
             let one = |all: &[Both]| all.iter().map(|both| both[k]).collect::<Vec<Stairs>>();
             let (found, confirmed) = (one(&found), one(&confirmed));
-            let r = recall(&wanted, &found, |i| wanted[i].weight_mm);
-            let (p, seen) = precision(set, &judged, &confirmed);
+            let r = recall(wanted, &found, |i| wanted[i].weight_mm);
+            let (p, seen) = precision(set, judged, &confirmed);
             let prefix = format!("B1.{name}{suffix}");
             figures(rows, c.name, &prefix, &p, &r, &seen, (wanted.len(), judged.len()));
             grids.push(StrandGrid {
@@ -143,11 +134,11 @@ pub(crate) fn score(reference: &Reference, c: &Candidate, rows: &mut Rows, grids
                 observed: seen,
             });
             if set == Set::V2 && mode == "any" {
-                let asked = asked_area(&wanted, &judged, &seen, place(2.0, 20.0));
+                let asked = asked_area(wanted, judged, &seen, place(2.0, 20.0));
                 rows.push(c.name, "B1.f_auc", area(&p, &r), asked);
                 let (d, a) = place(2.0, 20.0);
                 rows.push(c.name, "B1.unobserved", 1.0 - seen[d][a], asked);
-                voxels(reference, c, (&wanted, &found), (&judged, &confirmed), rows);
+                voxels(reference, c, (wanted, &found), (judged, &confirmed), rows);
             }
         }
         if set == Set::Full {
@@ -164,16 +155,15 @@ fn thin(judged: &[Judged], most: usize) -> Vec<Judged> {
 }
 
 /// Stairs of the samples that may be observed; those that are not are not asked for.
-fn confirm(reference: &Reference, set: Set, (judged, order): (&[Judged], &Order)) -> Vec<Both> {
+fn confirm(reference: &Reference, set: Set, judged: &Ordered<Judged>) -> Vec<Both> {
     let curves = reference.curves(set);
-    let of = |j: &Judged| {
+    judged.ask(|_, j| {
         if !(j.in_layer(set) || j.free) {
             return [NOTHING; 2];
         }
         // If the nearest of all true strands belongs to the set, it is the set's nearest too.
         stairs(curves, &j.sample, (j.cameras >= set as u32).then_some(j.nearest))
-    };
-    order.ask(judged, of)
+    })
 }
 
 fn asked_area(wanted: &[Sample], judged: &[Judged], seen: &Grid, (d, a): (usize, usize)) -> Asked {
@@ -247,17 +237,14 @@ fn legacy(reference: &Reference, c: &Candidate, rows: &mut Rows) {
     let shares = |of: &StrandSet, among: &Curves| -> ([f64; 4], usize) {
         let starts = (0..of.len()).flat_map(|s| of.range(s).start..of.range(s).end - 1);
         let k = (of.points.len() - of.len()).div_ceil(c.most.min(MOST_VERTICES)).max(1);
-        let vertices: Vec<Sample> = starts
-            .skip(k / 2)
-            .step_by(k)
-            .map(|i| {
-                let [position, next] = [i, i + 1].map(|i| of.points[i].as_dvec3());
-                let tangent = (next - position).normalize_or_zero();
-                Sample { position, tangent, weight_mm: 1.0, strand: 0, point: i as u32, along: 0.0 }
-            })
-            .collect();
-        let found =
-            ask_in_order(&vertices, |s| s.position, |s| among.vertex_staircase(s.position, s.tangent));
+        let sample = |i: usize| {
+            let [position, next] = [i, i + 1].map(|i| of.points[i].as_dvec3());
+            let tangent = (next - position).normalize_or_zero();
+            Sample { position, tangent, weight_mm: 1.0, strand: 0, point: i as u32, along: 0.0 }
+        };
+        let vertices = starts.skip(k / 2).step_by(k).map(sample).collect();
+        let vertices = Ordered::new(vertices, |s: &Sample| s.position);
+        let found = vertices.ask(|_, s| among.vertex_staircase(s.position, s.tangent));
         let grid = recall(&vertices, &found, |_| 1.0);
         let share = |(_, mm, deg)| {
             let (d, a) = place(mm, deg);

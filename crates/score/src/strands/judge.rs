@@ -6,7 +6,7 @@ use super::samples::{Sample, Samples, Set, TrueStrands};
 use super::stairs::{GRID_MM, NOTHING, Stairs, cos_squared};
 use crate::ScoreError;
 use rayon::prelude::*;
-use strandbench_types::nearest::Order;
+use strandbench_types::nearest::Ordered;
 use strandbench_types::{StrandSet, Truth, Visibility};
 
 /// The truth, ready to be compared with.
@@ -93,15 +93,13 @@ pub(crate) struct Candidate<'a> {
     pub strands: &'a StrandSet,
     /// All strands that have a sample.
     pub curves: &'a Curves,
-    pub judged: Vec<Judged>,
-    pub judged_order: Order,
+    pub judged: Ordered<Judged>,
     /// Strands too short for a sample, left out.
     pub too_short: u64,
     /// Most samples of a true set that are asked for.
     pub most: usize,
     /// Samples of V2 that are asked for, and the estimated strand nearest to each.
-    pub wanted: Vec<Sample>,
-    pub wanted_order: Order,
+    pub wanted: Ordered<Sample>,
     pub nearest: Vec<Option<Hit>>,
 }
 
@@ -127,25 +125,11 @@ impl<'a> Candidate<'a> {
             let cameras = reference.strands.cameras_at(nearest.point, nearest.along);
             Judged { sample: *s, nearest, cameras, free: reference.free.holds(s.position) }
         };
-        let judged_order = Order::of(&samples.list, |s| s.position);
-        let judged = judged_order.ask(&samples.list, judge);
-        let wanted = reference.samples(Set::V2).thinned(most).list;
-        let wanted_order = Order::of(&wanted, |s| s.position);
-        let nearest =
-            wanted_order.ask(&wanted, |s| curves.nearest(s.position, s.tangent, f64::INFINITY, 0.0));
+        let judged = Ordered::new(samples.list, |s| s.position).map(judge);
+        let wanted = Ordered::new(reference.samples(Set::V2).thinned(most).list, |s| s.position);
+        let nearest = wanted.ask(|_, s| curves.nearest(s.position, s.tangent, f64::INFINITY, 0.0));
         let is_short = |s: &usize| Visibility::samples_on(strands.length_mm(*s)) == 0;
         let too_short = (0..strands.len()).into_par_iter().filter(is_short).count() as u64;
-        Candidate {
-            name,
-            strands,
-            curves,
-            judged,
-            judged_order,
-            too_short,
-            most,
-            wanted,
-            wanted_order,
-            nearest,
-        }
+        Candidate { name, strands, curves, judged, too_short, most, wanted, nearest }
     }
 }

@@ -4,6 +4,6 @@ mod order;
 mod segments;
 mod tree;
 
-pub use order::{Order, ask_in_order};
+pub use order::Ordered;
 pub use segments::{Segment, SegmentIndex, outward, point_to_segment_squared};
 pub use tree::{Limit, Tree};

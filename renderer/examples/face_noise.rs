@@ -2,7 +2,7 @@
 //! beside the renderer's own estimate.
 //!
 //! `face_noise SCENE CAMERA X Y Z RAYS...`: a close-up of 128 x 128 pixels of 0.13 mm at the point X Y Z, mm, with each of
-//! the numbers of rays a pixel. Variances are relative to the sensor's, per channel: 1 is as much noise as the sensor's.
+//! the numbers as `max_samples_per_pixel`, from eight rays a pixel on. Variances are relative to the sensor's, per channel: 1 is as much noise as the sensor's.
 
 use std::path::Path;
 use strandbench_renderer::{Render, RenderScene, Settings, noise_variance};
@@ -12,6 +12,7 @@ use strandbench_types::Silent;
 const SIDE_PX: u32 = 128;
 const PIXEL_MM: f64 = 0.13;
 const REFERENCE_RAYS: u32 = 256;
+const FIRST_RAYS: u32 = 8;
 const KINDS: [&str; 3] = ["skin", "hair in part", "hair"];
 
 fn run() -> Result<(), String> {
@@ -31,21 +32,24 @@ fn run() -> Result<(), String> {
     let found = scene.rig.cameras.iter().position(|c| c.name == *camera);
     let camera = found.ok_or(format!("no camera {camera}"))?;
     let prepared = RenderScene::new(scene).map_err(|e| e.to_string())?;
-    let render = |rays: u32, seed: u64| -> Result<Render, String> {
+    let render = |rays: u32, seed: u64, adaptive: bool| -> Result<Render, String> {
         let settings = Settings {
-            samples_per_pixel: rays,
+            sensor_noise: if adaptive { 1.0 } else { 0.0 },
+            samples_per_pixel: if adaptive { rays.min(FIRST_RAYS) } else { rays },
             max_samples_per_pixel: rays,
             depth: 4,
+            indirect_every: 1,
             ..Settings::default()
         };
+        prepared.prepare(&settings, seed, &Silent).map_err(|e| e.to_string())?;
         prepared.render(camera, &settings, seed, &Silent).map_err(|e| e.to_string())
     };
-    let reference = render(REFERENCE_RAYS, 99)?;
+    let reference = render(REFERENCE_RAYS, 99, false)?;
     let full = f64::from(scene.sensor.full_scale_radiance);
     let weights: f32 = scene.sensor.response_rgb.iter().sum();
     for rays in rays {
         let rays = rays.parse().map_err(|e| format!("{rays}: {e}"))?;
-        let [a, b] = [render(rays, 1)?, render(rays, 2)?];
+        let [a, b] = [render(rays, 1, true)?, render(rays, 2, true)?];
         // Indexed [kind]: pixels, error, the renderer's estimate, pixels within the sensor's noise in all channels.
         let mut sums = [[0.0f64; 4]; KINDS.len()];
         for (i, truth) in reference.radiance_rgb.data.iter().enumerate() {
@@ -68,7 +72,7 @@ fn run() -> Result<(), String> {
                 *s += v;
             }
         }
-        println!("{rays} rays a pixel: {:.2} s", a.stats.wall_s);
+        println!("at most {rays} samples: {:.2} s", a.stats.wall_s);
         for (kind, [n, error, estimate, within]) in KINDS.iter().zip(sums).filter(|(_, s)| s[0] > 0.0) {
             let (error, estimate, within) = (error / n, estimate / n, 100.0 * within / n);
             println!(

@@ -7,7 +7,7 @@
 //! inclination and azimuth. The density of the mixture is exact: nothing is biased where neighbours are not as
 //! assumed, only less is gained.
 
-use crate::light::{Lights, WEIGHED};
+use crate::light::{FEW, Lights};
 use crate::math::{acos, asin, exp};
 use crate::vertex::{Drawn, Lobe};
 use glam::Vec3;
@@ -39,7 +39,7 @@ struct Seen {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Guide {
     tangent: Vec3,
-    lights: [Seen; WEIGHED],
+    lights: [Seen; FEW],
     count: usize,
     /// Share of all directions that follows the guide.
     guided: f32,
@@ -73,7 +73,7 @@ impl Guide {
     pub fn new(lights: &Lights, point: Vec3, tangent: Vec3, lobe: &Lobe<'_>) -> Guide {
         let mut guide = Guide { tangent, lights: Default::default(), count: 0, guided: 0.0 };
         let count = lights.rectangles();
-        if count > WEIGHED || matches!(lobe, Lobe::Skin(_)) {
+        if count > FEW || matches!(lobe, Lobe::Skin(_)) {
             return guide;
         }
         let mut total = 0.0;

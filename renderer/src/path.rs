@@ -33,6 +33,8 @@ pub(crate) struct Walk {
     pub every: u32,
     /// Largest radiance of what one path brings from beyond its first vertex; 0 for no limit.
     pub most_radiance: f32,
+    /// Whether up to one shadow ray for each light is traced at the first vertex and four at each later one, not two and one.
+    pub thorough: bool,
     /// Sensor's full scale.
     pub full_scale: f32,
     /// Whether the camera sees no light that one reflection at a surface sends from a light.
@@ -104,9 +106,12 @@ impl RenderScene<'_> {
     ) -> [f32; 3] {
         let dim = DIM * walk.full_scale;
         let (mix, blockers) = (walk.first_mix(), &mut scratch.first);
-        match walk.polarised {
-            false => self.drawn_light::<2, false>(vertex, guide, u, dim, mix, blockers, &mut work.shadow),
-            true => self.drawn_light::<2, true>(vertex, guide, u, dim, mix, blockers, &mut work.shadow),
+        let rays = &mut work.shadow;
+        match (walk.thorough, walk.polarised) {
+            (true, false) => self.drawn_light::<WEIGHED, false>(vertex, guide, u, dim, mix, blockers, rays),
+            (true, true) => self.drawn_light::<WEIGHED, true>(vertex, guide, u, dim, mix, blockers, rays),
+            (false, false) => self.drawn_light::<2, false>(vertex, guide, u, dim, mix, blockers, rays),
+            (false, true) => self.drawn_light::<2, true>(vertex, guide, u, dim, mix, blockers, rays),
         }
     }
 
@@ -232,7 +237,11 @@ impl RenderScene<'_> {
             let dim = DIM * walk.full_scale / carried;
             known = self.guide_beside_lights(&vertex, mix);
             let (guide, blockers) = (known.as_ref(), &mut scratch.later);
-            let found = self.drawn_light::<1, false>(&vertex, guide, u, dim, mix, blockers, &mut work.shadow);
+            let rays = &mut work.shadow;
+            let found = match walk.thorough {
+                true => self.drawn_light::<4, false>(&vertex, guide, u, dim, mix, blockers, rays),
+                false => self.drawn_light::<1, false>(&vertex, guide, u, dim, mix, blockers, rays),
+            };
             add(&mut rgb, throughput, found);
             if rng.f32() >= survival {
                 break;

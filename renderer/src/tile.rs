@@ -20,6 +20,14 @@ pub(crate) struct Tile {
 }
 
 impl Tile {
+    /// Adds a pixel that sees nothing.
+    pub fn empty(&mut self, background_rgb: [f32; 3]) {
+        self.rgb.push(background_rgb);
+        self.variance.push(0.0);
+        self.counts.push(0);
+        self.converged += 1;
+    }
+
     /// The radiance, or darkness for one that is not finite.
     pub fn finite(&mut self, rgb: [f32; 3]) -> [f32; 3] {
         if rgb.iter().all(|v| v.is_finite()) {

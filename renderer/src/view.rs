@@ -23,18 +23,18 @@ const BATCH: u32 = 16;
 const TILES_A_THREAD: usize = 24;
 
 /// What all tiles of a view share.
-struct View<'a> {
-    scene: &'a RenderScene<'a>,
-    settings: &'a Settings,
-    walk: Walk,
-    maker: RayMaker,
-    pinhole: bool,
-    footprint: Footprint,
-    width: usize,
-    height: usize,
-    camera: usize,
-    seed: u64,
-    light: Option<Arc<SkinLight>>,
+pub(crate) struct View<'a> {
+    pub scene: &'a RenderScene<'a>,
+    pub settings: &'a Settings,
+    pub walk: Walk,
+    pub maker: RayMaker,
+    pub pinhole: bool,
+    pub footprint: Footprint,
+    pub width: usize,
+    pub height: usize,
+    pub camera: usize,
+    pub seed: u64,
+    pub light: Option<Arc<SkinLight>>,
 }
 
 impl View<'_> {
@@ -64,53 +64,103 @@ impl View<'_> {
         })
     }
 
-    /// One camera ray's light: direct, and what following it brings if `followed` says so.
-    fn sample(
+    /// The random key of a pixel.
+    pub(crate) fn key(&self, x: usize, y: usize) -> u64 {
+        Rng::keyed(&[self.seed, self.camera as u64, (y * self.width + x) as u64]).next_u64()
+    }
+
+    /// Radiance as the sensor weighs it.
+    pub(crate) fn mono(&self, rgb: &[f32; 3]) -> f64 {
+        let weights = self.scene.scene.sensor.response_rgb;
+        (0..3).map(|c| f64::from(rgb[c] * weights[c])).sum()
+    }
+
+    /// Variance at which a pixel of this mean is converged.
+    pub(crate) fn goal(&self, mean: f64) -> f64 {
+        let sensor = &self.scene.scene.sensor;
+        let full = f64::from(sensor.full_scale_radiance);
+        match f64::from(self.settings.sensor_noise) {
+            0.0 => (f64::from(self.settings.noise_target) * full).powi(2),
+            share => share * share * full * full * noise_variance(sensor, mean / full),
+        }
+    }
+
+    /// A pixel's camera ray with this index.
+    pub(crate) fn camera_ray(&self, (x, y): (usize, usize), sampler: &PixelSampler, n: u32) -> CameraRay {
+        let [fx, fy] = sampler.film(n);
+        let (x, y) = (x as f64 + f64::from(fx), y as f64 + f64::from(fy));
+        match self.pinhole {
+            true => self.maker.ray(x, y),
+            false => self.maker.lens_ray(x, y, sampler.lens(n)),
+        }
+    }
+
+    /// The identity of the fibre that a camera ray's hit is on; behind a lens, of what a pinhole amid the exposure sees at
+    /// the same place of the film.
+    pub(crate) fn identity(
         &self,
         (x, y): (usize, usize),
+        sampler: &PixelSampler,
+        n: u32,
+        (ray, hit): (&CameraRay, Option<&Hit>),
+        tile: &mut Tile,
+    ) -> Option<SampleHit> {
+        if self.pinhole {
+            return hit.and_then(|hit| self.seen(ray, hit));
+        }
+        let [fx, fy] = sampler.film(n);
+        let ray = self.maker.ray(x as f64 + f64::from(fx), y as f64 + f64::from(fy));
+        tile.work.primary += 1;
+        let hit = self.scene.accel.closest(ray.origin, ray.direction);
+        hit.and_then(|hit| self.seen(&ray, &hit))
+    }
+
+    /// One camera ray's light.
+    fn sample(
+        &self,
+        at: (usize, usize),
         draws: Draws<'_>,
         followed: Option<u32>,
         tile: &mut Tile,
         scratch: &mut Scratch,
     ) -> ([f32; 3], [f32; 3]) {
         let n = draws.index;
-        let [fx, fy] = draws.sampler.film(n);
-        let (x, y) = (x as f64 + f64::from(fx), y as f64 + f64::from(fy));
-        let ray = match self.pinhole {
-            true => self.maker.ray(x, y),
-            false => self.maker.lens_ray(x, y, draws.sampler.lens(n)),
-        };
+        let ray = self.camera_ray(at, draws.sampler, n);
         tile.work.primary += 1;
-        let scene = self.scene;
-        let hit = scene.accel.closest(ray.origin, ray.direction);
-        if n < self.settings.samples_per_pixel {
-            let seen = match self.pinhole {
-                true => hit.as_ref().and_then(|hit| self.seen(&ray, hit)),
-                // Lens and motion blur the picture; the truth is what the pinhole sees amid the exposure.
-                false => {
-                    let ray = self.maker.ray(x, y);
-                    tile.work.primary += 1;
-                    let hit = scene.accel.closest(ray.origin, ray.direction);
-                    hit.and_then(|hit| self.seen(&ray, &hit))
-                }
-            };
+        let hit = self.scene.accel.closest(ray.origin, ray.direction);
+        // Pixels that need more than the first samples do so for the sake of edges, not of shadows.
+        let first = n < self.settings.samples_per_pixel;
+        if first {
+            let seen = self.identity(at, draws.sampler, n, (&ray, hit.as_ref()), tile);
             tile.hits.extend(seen);
         }
-        let Some(hit) = hit else {
-            return (scene.scene.background_rgb, [0.0; 3]);
-        };
-        let mut vertex = scene.vertex(&hit, ray.origin, ray.direction);
+        match hit {
+            None => (self.scene.scene.background_rgb, [0.0; 3]),
+            Some(hit) => self.light((&ray, &hit), draws, followed, first, tile, scratch),
+        }
+    }
+
+    /// Light that leaves a hit: direct, with all lights on skin if `all`, and what following it brings if `followed`
+    /// says so.
+    pub(crate) fn light(
+        &self,
+        (ray, hit): (&CameraRay, &Hit),
+        draws: Draws<'_>,
+        followed: Option<u32>,
+        all: bool,
+        tile: &mut Tile,
+        scratch: &mut Scratch,
+    ) -> ([f32; 3], [f32; 3]) {
+        let scene = self.scene;
+        let mut vertex = scene.vertex(hit, ray.origin, ray.direction);
         let light = self.light.as_deref();
+        let u = draws.sampler.light(draws.index);
         if let Some(glow) = light.and_then(|l| l.beside(&mut vertex)) {
             // All that scattering would find is in the light below; the coat reflects lights alone.
-            let u = draws.sampler.light(n);
-            // Pixels that need more than the first samples do so for the sake of edges, not of shadows.
-            let all = n < self.settings.samples_per_pixel;
             let direct = scene.direct_light_on_skin(&vertex, all, u, &self.walk, scratch, &mut tile.work);
             return (tile.finite(std::array::from_fn(|c| direct[c] + glow[c])), [0.0; 3]);
         }
         let guide = scene.guide_beside_lights(&vertex, self.walk.first_mix());
-        let u = draws.sampler.light(n);
         let direct = scene.direct_light(&vertex, guide.as_ref(), u, &self.walk, scratch, &mut tile.work);
         let more = followed.map_or([0.0; 3], |index| {
             let draws = Draws { index, ..draws };
@@ -120,24 +170,12 @@ impl View<'_> {
     }
 
     fn pixel(&self, x: usize, y: usize, tile: &mut Tile, scratch: &mut Scratch, groups: &mut Vec<f64>) {
-        let scene = self.scene.scene;
         if !self.footprint.covers(x, y) {
-            tile.rgb.push(scene.background_rgb);
-            tile.variance.push(0.0);
-            tile.counts.push(0);
-            tile.converged += 1;
+            tile.empty(self.scene.scene.background_rgb);
             return;
         }
-        let index = (y * self.width + x) as u64;
-        let key = Rng::keyed(&[self.seed, self.camera as u64, index]).next_u64();
+        let key = self.key(x, y);
         let sampler = PixelSampler::new(key);
-        let weights = scene.sensor.response_rgb;
-        let mono = |rgb: &[f32; 3]| (0..3).map(|c| f64::from(rgb[c] * weights[c])).sum::<f64>();
-        let full = f64::from(scene.sensor.full_scale_radiance);
-        let goal = |mean: f64| match f64::from(self.settings.sensor_noise) {
-            0.0 => (f64::from(self.settings.noise_target) * full).powi(2),
-            share => share * share * full * full * noise_variance(&scene.sensor, mean / full),
-        };
         let (first, most) = (self.settings.samples_per_pixel, self.settings.max_samples_per_pixel);
         let every = self.walk.every;
         let hits_before = tile.hits.len();
@@ -158,7 +196,7 @@ impl View<'_> {
                 for c in 0..3 {
                     sum[c] += f64::from(direct[c]) + f64::from(every) * f64::from(more[c]);
                 }
-                groups[(i % in_batch) as usize] += mono(&direct) / f64::from(every) + mono(&more);
+                groups[(i % in_batch) as usize] += self.mono(&direct) / f64::from(every) + self.mono(&more);
             }
             n = stop;
             for value in groups.iter() {
@@ -169,7 +207,7 @@ impl View<'_> {
             }
             let variance =
                 if count > 1 { squares / (f64::from(count - 1) * f64::from(count)) } else { f64::INFINITY };
-            if variance <= goal(mean) {
+            if variance <= self.goal(mean) {
                 tile.converged += 1;
                 break variance;
             }
@@ -198,7 +236,7 @@ impl RenderScene<'_> {
     /// scatterings, with Russian roulette. Where both ways can find a light (large lights, the environment) the
     /// balance heuristic weighs them. Lights and the environment are invisible to the camera, which sees the
     /// scene's background, and hide nothing. Film, lens, time, lights and the first scattering are stratified
-    /// within the pixel.
+    /// within the pixel. With [`Settings::sensor_noise`], camera rays and shading are sampled apart instead (see there).
     ///
     /// With `scatter_mm` in the skin's optics, the light below surfaces that have a detail is worked out first, once for
     /// all views of the same settings and seed (see [`crate::SkinLight`]).
@@ -247,6 +285,7 @@ impl RenderScene<'_> {
                     .into_iter()
                     .fold(settings.indirect_every, gcd),
                 most_radiance: settings.clamp * self.scene.sensor.full_scale_radiance,
+                thorough: settings.sensor_noise > 0.0,
                 full_scale: self.scene.sensor.full_scale_radiance,
                 polarised: self.scene.polarised.get(camera).copied().unwrap_or(false),
             },
@@ -273,7 +312,9 @@ impl RenderScene<'_> {
                 .into_par_iter()
                 .map(|i| {
                     monitor.check()?;
-                    let tile = view.tile(i % across * TILE, i / across * TILE);
+                    let (x, y) = (i % across * TILE, i / across * TILE);
+                    let tile =
+                        if settings.sensor_noise > 0.0 { view.adaptive_tile(x, y) } else { view.tile(x, y) };
                     monitor.advance(1);
                     Ok(tile)
                 })

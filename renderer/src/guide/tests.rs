@@ -150,9 +150,6 @@ fn skin_many_lights_and_no_light_leave_directions_to_scattering() {
     let guided = |n: usize, point: Vec3| {
         Guide::new(&Lights::new(&vec![one; n]).unwrap(), point, Vec3::Y, &lobe()).guided
     };
-    assert_eq!(
-        [guided(0, Vec3::ZERO), guided(1, Vec3::Z * 900.0), guided(WEIGHED + 1, Vec3::ZERO)],
-        [0.0; 3]
-    );
-    assert_eq!(guided(WEIGHED, Vec3::ZERO), GUIDED);
+    assert_eq!([guided(0, Vec3::ZERO), guided(1, Vec3::Z * 900.0), guided(FEW + 1, Vec3::ZERO)], [0.0; 3]);
+    assert_eq!(guided(FEW, Vec3::ZERO), GUIDED);
 }

@@ -62,7 +62,7 @@ pub struct Choice {
 /// Lights that [`Lights::choose`] weighs against each other; of more, one is drawn blindly.
 pub(crate) const WEIGHED: usize = 16;
 /// Rooms for fewer lights cost less to fill.
-const FEW: usize = 8;
+pub(crate) const FEW: usize = 8;
 
 /// The lights of a scene.
 #[derive(Clone, Debug, Default)]

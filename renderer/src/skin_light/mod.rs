@@ -210,6 +210,7 @@ impl RenderScene<'_> {
             depth: settings.depth,
             strategy: Strategy::Lights,
             every: 1,
+            thorough: false,
             most_radiance: settings.clamp * full_scale,
             full_scale,
             polarised: false,

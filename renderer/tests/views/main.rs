@@ -1,5 +1,6 @@
 //! Whole views of small scenes against closed forms, and the renderer's promises.
 
+mod adaptive;
 mod closed;
 mod common;
 mod promises;

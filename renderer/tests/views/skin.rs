@@ -10,7 +10,7 @@ use strandbench_scenes::{
 use strandbench_types::{Silent, StrandSet, TriMesh};
 
 /// A square plate of (n + 1)² vertices.
-fn grid(half: f32, n: usize) -> TriMesh {
+pub fn grid(half: f32, n: usize) -> TriMesh {
     let at = |k: usize| (2.0 * k as f32 / n as f32 - 1.0) * half;
     let m = n as u32 + 1;
     TriMesh {
@@ -38,18 +38,18 @@ fn even() -> SkinTexture {
     }
 }
 
-fn skin(mesh: TriMesh, texture: SkinTexture) -> Surface {
+pub fn skin(mesh: TriMesh, texture: SkinTexture) -> Surface {
     // Behind the face's front, where no region differs.
     let rest: Vec<Vec3> = mesh.vertices.iter().map(|&p| p - Vec3::Z * 80.0).collect();
     let stubble = vec![0.0; rest.len()];
     Surface { mesh, albedo_rgb: [0.1; 3], detail: Some(Arc::new(SkinDetail::skin(texture, rest, stubble))) }
 }
 
-fn bare(scatter_mm: f32) -> SkinOptics {
+pub fn bare(scatter_mm: f32) -> SkinOptics {
     SkinOptics { coat_reflectance: 0.0, scatter_mm, ..SkinOptics::default() }
 }
 
-fn lamps() -> Vec<AreaLight> {
+pub fn lamps() -> Vec<AreaLight> {
     vec![
         light(Vec3::new(300.0, 300.0, 700.0), 60.0, 60.0),
         light(Vec3::new(-500.0, 100.0, 500.0), 60.0, 60.0),
@@ -62,7 +62,7 @@ fn means(r: &Render) -> [f64; 3] {
 }
 
 /// Mean and squared standard error by channel over seeds.
-fn over_seeds(s: &Scene, settings: &Settings, seeds: u64) -> [(f64, f64); 3] {
+pub fn over_seeds(s: &Scene, settings: &Settings, seeds: u64) -> [(f64, f64); 3] {
     let all: Vec<[f64; 3]> = (0..seeds).map(|k| means(&render(s, settings, k))).collect();
     let n = seeds as f64;
     std::array::from_fn(|c| {

@@ -42,6 +42,7 @@ pub fn settings(settings: &[Setting]) -> Result<Settings, SuiteError> {
         samples_per_pixel: 8,
         max_samples_per_pixel: 8,
         sensor_noise: 1.0,
+        indirect_every: 1,
         depth: 4,
         ..Settings::default()
     };

@@ -2,7 +2,8 @@
 //! beside the renderer's own estimate.
 //!
 //! `face_noise SCENE CAMERA X Y Z RAYS...`: a close-up of 128 x 128 pixels of 0.13 mm at the point X Y Z, mm, with each of
-//! the numbers as `max_samples_per_pixel`, from eight rays a pixel on. Variances are relative to the sensor's, per channel: 1 is as much noise as the sensor's.
+//! the numbers as `max_samples_per_pixel`, from eight rays a pixel on. Variances are relative to the sensor's, per channel: 1 is as
+//! much noise as the sensor's.
 
 use std::path::Path;
 use strandbench_renderer::{Render, RenderScene, Settings, noise_variance};

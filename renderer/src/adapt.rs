@@ -8,7 +8,6 @@
 mod estimate;
 
 use crate::accel::Hit;
-use crate::lens::CameraRay;
 use crate::path::{Draws, Scratch};
 use crate::sampler::PixelSampler;
 use crate::tile::{TILE, Tile};
@@ -107,25 +106,12 @@ impl View<'_> {
             }
             let sampler = PixelSampler::new(self.key(x, y));
             for n in 0..first {
-                let hit = self.meet((x, y), &sampler, n, tile).1;
+                let hit = self.meet(&self.camera_ray((x, y), &sampler, n), tile);
                 *hair |= matches!(hit, Some(Hit::Fibre { .. }));
                 hits.push(hit);
             }
         }
         Around { side, hits, hair }
-    }
-
-    fn meet(
-        &self,
-        at: (usize, usize),
-        sampler: &PixelSampler,
-        n: u32,
-        tile: &mut Tile,
-    ) -> (CameraRay, Option<Hit>) {
-        let ray = self.camera_ray(at, sampler, n);
-        tile.work.primary += 1;
-        let hit = self.scene.accel.closest(ray.origin, ray.direction);
-        (ray, hit)
     }
 
     fn adaptive_pixel(
@@ -141,11 +127,12 @@ impl View<'_> {
         let sampler = PixelSampler::new(key);
         let hits_before = tile.hits.len();
         for (n, hit) in (0..).zip(first) {
-            let seen =
-                self.identity(at, &sampler, n, (&self.camera_ray(at, &sampler, n), hit.as_ref()), tile);
+            let ray = self.camera_ray(at, &sampler, n);
+            let seen = self.identity(at, &sampler, n, (&ray, hit.as_ref()), tile);
             tile.hits.extend(seen);
         }
         let background = self.scene.scene.background_rgb;
+        let mono = self.mono(&background);
         let most = self.settings.max_samples_per_pixel;
         work.met.iter_mut().for_each(Vec::clear);
         work.shaded.iter_mut().for_each(Shaded::clear);
@@ -156,7 +143,7 @@ impl View<'_> {
             for n in rays..wanted {
                 let hit = match first.get(n as usize) {
                     Some(hit) => *hit,
-                    None => self.meet(at, &sampler, n, tile).1,
+                    None => self.meet(&self.camera_ray(at, &sampler, n), tile),
                 };
                 if let Some(hit) = hit {
                     let met = Met { index: n, hit };
@@ -172,7 +159,6 @@ impl View<'_> {
             }
             // Parts of the variance: of the cover, of what fibres look like, of what meshes look like.
             let share = [FIBRES, MESHES].map(|k| work.met[k].len() as f64 / f64::from(rays));
-            let mono = self.mono(&background);
             let cover = cover_variance(&work.met, rays, work.shaded.each_ref().map(Shaded::mean), mono);
             let of = |k: usize| match work.met[k].is_empty() {
                 true => Variance::default(),
@@ -188,16 +174,15 @@ impl View<'_> {
             let free = [rays < most, shade[FIBRES] < most, shade[MESHES] < most];
             let worst =
                 (0..3).filter(|&i| free[i] && parts[i] > 0.0).max_by(|&a, &b| parts[a].total_cmp(&parts[b]));
-            if variance <= goal || worst.is_none() {
+            let Some(worst) = worst.filter(|_| variance > goal) else {
                 for (stratified, v) in work.stratified.iter_mut().zip(found) {
                     stratified.learn(v.times(1.0 / goal));
                 }
                 break (variance, variance <= goal);
-            }
+            };
             match worst {
-                None => unreachable!("left above"),
-                Some(0) => wanted = more(rays).min(most),
-                Some(kind) => shade[kind - 1] = more(shade[kind - 1]).min(most),
+                0 => wanted = more(rays).min(most),
+                kind => shade[kind - 1] = more(shade[kind - 1]).min(most),
             }
         };
         let mut rgb = background.map(f64::from);

@@ -95,7 +95,8 @@ pub struct Settings {
     /// `max_samples_per_pixel` tell how much of the pixel fibres and meshes have, and evenly spaced ones of their hits are
     /// shaded, at first sixteen and eight, whichever part errs most being sampled further; each with a shadow ray for each of
     /// up to sixteen lights. The error is estimated as of independent samples, times what stratification was found to gain
-    /// in the pixels of the tile that are done; as pixels stop where it is low, it is then up to twice too low. The example `face_noise` compares it with the difference of two seeds.
+    /// in the pixels of the tile that are done; as pixels stop where it is low, it is then up to twice too low. The example
+    /// `face_noise` compares it with the difference of two seeds.
     #[serde(skip_serializing_if = "is_zero")]
     pub sensor_noise: f32,
     /// Paths from around each vertex of skin for the light below it, at least 4; the same for all views. Only where the

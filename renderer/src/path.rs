@@ -104,15 +104,7 @@ impl RenderScene<'_> {
         scratch: &mut Scratch,
         work: &mut Work,
     ) -> [f32; 3] {
-        let dim = DIM * walk.full_scale;
-        let (mix, blockers) = (walk.first_mix(), &mut scratch.first);
-        let rays = &mut work.shadow;
-        match (walk.thorough, walk.polarised) {
-            (true, false) => self.drawn_light::<WEIGHED, false>(vertex, guide, u, dim, mix, blockers, rays),
-            (true, true) => self.drawn_light::<WEIGHED, true>(vertex, guide, u, dim, mix, blockers, rays),
-            (false, false) => self.drawn_light::<2, false>(vertex, guide, u, dim, mix, blockers, rays),
-            (false, true) => self.drawn_light::<2, true>(vertex, guide, u, dim, mix, blockers, rays),
-        }
+        self.first_light(vertex, guide, walk.first_mix(), walk.thorough, u, walk, scratch, work)
     }
 
     /// The same on skin whose light below is known, by points on lights alone: one shadow ray for each light if `all`,
@@ -126,14 +118,27 @@ impl RenderScene<'_> {
         scratch: &mut Scratch,
         work: &mut Work,
     ) -> [f32; 3] {
-        let (dim, blockers) = (DIM * walk.full_scale, &mut scratch.first);
         let mix = Mix { strategy: Strategy::Lights, share: 1.0 };
-        let rays = &mut work.shadow;
+        self.first_light(vertex, None, mix, all, u, walk, scratch, work)
+    }
+
+    fn first_light(
+        &self,
+        vertex: &Vertex<'_>,
+        guide: Option<&Guide>,
+        mix: Mix,
+        all: bool,
+        u: [f32; 3],
+        walk: &Walk,
+        scratch: &mut Scratch,
+        work: &mut Work,
+    ) -> [f32; 3] {
+        let (dim, blockers, rays) = (DIM * walk.full_scale, &mut scratch.first, &mut work.shadow);
         match (all, walk.polarised) {
-            (true, false) => self.drawn_light::<WEIGHED, false>(vertex, None, u, dim, mix, blockers, rays),
-            (true, true) => self.drawn_light::<WEIGHED, true>(vertex, None, u, dim, mix, blockers, rays),
-            (false, false) => self.drawn_light::<2, false>(vertex, None, u, dim, mix, blockers, rays),
-            (false, true) => self.drawn_light::<2, true>(vertex, None, u, dim, mix, blockers, rays),
+            (true, false) => self.drawn_light::<WEIGHED, false>(vertex, guide, u, dim, mix, blockers, rays),
+            (true, true) => self.drawn_light::<WEIGHED, true>(vertex, guide, u, dim, mix, blockers, rays),
+            (false, false) => self.drawn_light::<2, false>(vertex, guide, u, dim, mix, blockers, rays),
+            (false, true) => self.drawn_light::<2, true>(vertex, guide, u, dim, mix, blockers, rays),
         }
     }
 

@@ -27,14 +27,14 @@ pub(crate) struct View<'a> {
     pub scene: &'a RenderScene<'a>,
     pub settings: &'a Settings,
     pub walk: Walk,
-    pub maker: RayMaker,
-    pub pinhole: bool,
+    maker: RayMaker,
+    pinhole: bool,
     pub footprint: Footprint,
     pub width: usize,
     pub height: usize,
-    pub camera: usize,
-    pub seed: u64,
-    pub light: Option<Arc<SkinLight>>,
+    camera: usize,
+    seed: u64,
+    light: Option<Arc<SkinLight>>,
 }
 
 impl View<'_> {
@@ -95,6 +95,12 @@ impl View<'_> {
         }
     }
 
+    /// What a camera ray meets first.
+    pub(crate) fn meet(&self, ray: &CameraRay, tile: &mut Tile) -> Option<Hit> {
+        tile.work.primary += 1;
+        self.scene.accel.closest(ray.origin, ray.direction)
+    }
+
     /// The identity of the fibre that a camera ray's hit is on; behind a lens, of what a pinhole amid the exposure sees at
     /// the same place of the film.
     pub(crate) fn identity(
@@ -110,9 +116,7 @@ impl View<'_> {
         }
         let [fx, fy] = sampler.film(n);
         let ray = self.maker.ray(x as f64 + f64::from(fx), y as f64 + f64::from(fy));
-        tile.work.primary += 1;
-        let hit = self.scene.accel.closest(ray.origin, ray.direction);
-        hit.and_then(|hit| self.seen(&ray, &hit))
+        self.meet(&ray, tile).and_then(|hit| self.seen(&ray, &hit))
     }
 
     /// One camera ray's light.
@@ -126,8 +130,7 @@ impl View<'_> {
     ) -> ([f32; 3], [f32; 3]) {
         let n = draws.index;
         let ray = self.camera_ray(at, draws.sampler, n);
-        tile.work.primary += 1;
-        let hit = self.scene.accel.closest(ray.origin, ray.direction);
+        let hit = self.meet(&ray, tile);
         // Pixels that need more than the first samples do so for the sake of edges, not of shadows.
         let first = n < self.settings.samples_per_pixel;
         if first {

@@ -240,6 +240,9 @@ fn more(n: u32) -> u32 {
 
 /// Variance of a pixel's mean that comes of where its camera rays go.
 fn cover_variance(met: &[Vec<Met>; 2], rays: u32, means: [f64; 2], background: f64) -> Variance {
+    if rays < 2 {
+        return Variance::UNKNOWN;
+    }
     let n = f64::from(rays);
     let (mut sum, mut squares, mut halves) = (0.0, 0.0, [0.0; 2]);
     for (met, mean) in met.iter().zip(means) {

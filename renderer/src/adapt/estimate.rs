@@ -22,6 +22,9 @@ impl Shaded {
     }
 
     pub fn variance(&self) -> Variance {
+        if self.values.len() < 2 {
+            return Variance::UNKNOWN;
+        }
         let (n, mean) = (self.values.len() as f64, self.mean());
         let [first, second] = self.values.split_at(self.values.len() / 2).into();
         let of = |v: &[f64]| v.iter().sum::<f64>() / v.len().max(1) as f64;
@@ -42,6 +45,9 @@ pub(super) struct Variance {
 }
 
 impl Variance {
+    /// Of fewer than two samples.
+    pub const UNKNOWN: Variance = Variance { single: f64::INFINITY, halves: f64::INFINITY };
+
     pub fn times(self, factor: f64) -> Variance {
         Variance { single: self.single * factor, halves: self.halves * factor }
     }

@@ -100,3 +100,12 @@ fn one_sample_is_enough_for_a_picture() {
     assert!(r.radiance_rgb.data.iter().flatten().all(|v| v.is_finite()));
     assert!(r.variance.data.iter().all(|v| v.is_finite()));
 }
+
+#[test]
+fn one_ray_at_first_is_not_taken_for_enough() {
+    let s = Scene { skin: bare(0.0), ..hairy() };
+    let [one, eight] = [1, 8].map(|first| render(&s, &adaptive(first, 256, 1.0), 1).stats);
+    let pixels = s.rig.cameras[0].width as u64 * s.rig.cameras[0].height as u64;
+    assert!(one.converged > 0.95 * eight.converged, "{} against {}", one.converged, eight.converged);
+    assert!(one.primary_rays >= 2 * pixels, "{} rays for {pixels} pixels", one.primary_rays);
+}

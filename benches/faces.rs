@@ -1,12 +1,13 @@
 //! Speed of a bearded face: `face-full-beard`, a moment posed, prepared, lit below its skin, and seen by one camera.
 //!
-//! `cargo bench --bench faces`. Rates of views are camera rays a second, each with the shadow rays and bounces that it brings. How
-//! far so many rays are from converged is in reports/faces.md.
+//! `cargo bench --bench faces`. Views are sampled as `strandbench render` samples faces; their rates are camera rays a second, of
+//! which most only find what they meet and some bring shadow rays and bounces. How far so many are from converged is in
+//! reports/faces.md.
 
 use criterion::{Criterion, SamplingMode, Throughput, criterion_group, criterion_main};
 use std::path::Path;
 use std::time::Duration;
-use strandbench_renderer::{RenderScene, Settings};
+use strandbench_renderer::RenderScene;
 use strandbench_scenes::face::{FaceScene, FaceStage, catalog};
 use strandbench_types::Silent;
 
@@ -25,8 +26,7 @@ fn faces(c: &mut Criterion) {
     let stage = FaceStage::new(&spec, SEED, None).expect("grooms");
     let moment = stage.moment(TIME_S).expect("poses");
     let scene = &moment.scene;
-    let settings =
-        Settings { samples_per_pixel: 8, max_samples_per_pixel: 8, depth: 4, ..Settings::default() };
+    let settings = strandbench_suite::face::settings(&[]).expect("defaults");
 
     let mut group = c.benchmark_group("faces");
     group.sample_size(10).warm_up_time(Duration::from_millis(1)).sampling_mode(SamplingMode::Flat);
@@ -43,7 +43,7 @@ fn faces(c: &mut Criterion) {
         let camera = scene.rig.cameras.iter().position(|c| c.name == name).expect("in the rig");
         let view = || prepared.render(camera, &settings, SEED, &Silent).expect("renders");
         group.throughput(Throughput::Elements(view().stats.primary_rays));
-        group.bench_function(format!("view {name}, 8 rays a pixel"), |b| b.iter(view));
+        group.bench_function(format!("view {name}, at most 8 samples"), |b| b.iter(view));
     }
     group.finish();
 }

@@ -1,29 +1,44 @@
 //! Pixels rendered until the sensor's noise hides theirs.
 //!
 //! A ray that only finds what it meets costs a tenth of one that is shaded, and fibres thinner than a pixel ask for
-//! many of the first kind: how much of the pixel they cover. Cover and shading are therefore sampled apart. Many camera
-//! rays give the share of the pixel that fibres and meshes have; of the hits of each, as many are shaded as its part of
+//! many of the first kind: how much of the pixel each covers. Cover and shading are therefore sampled apart. Many camera
+//! rays give the share of the pixel that strands and meshes have; of the hits of each, as many are shaded as its part of
 //! the error asks for (stratified sampling with shares from a larger first sample: Neyman 1938, "double sampling").
 
 mod estimate;
+mod strands;
 
 use crate::accel::Hit;
 use crate::path::{Draws, Scratch};
 use crate::sampler::PixelSampler;
+use crate::sensor::noise_variance;
 use crate::tile::{TILE, Tile};
 use crate::view::View;
-use estimate::{Shaded, Stratified, Variance};
+use estimate::{Between, Shaded, Stratified};
 use strandbench_rng::Rng;
+use strands::{Strands, spread};
 
 /// Camera rays of a pixel in which, or beside which, fibres are seen.
 const COVER: u32 = 64;
-/// Hits shaded at first, on fibres and on meshes.
-const FIRST: [u32; 2] = [16, 8];
+/// So many camera rays may be traced for each sample that may be shaded.
+const CHEAP: u32 = 8;
+/// At first: hits on fibres lit by lights, paths from them, hits on meshes.
+const FIRST: [u32; 3] = [8, 16, 8];
+/// What a camera ray, a hit lit by lights, a path, a mesh's hit cost, in camera rays.
+const COST: [u32; 4] = [1, 5, 2, 5];
+/// What has less than this part of a pixel's error is not sampled further for its sake.
+const MINOR: f64 = 0.1;
 /// Samples of lights on meshes start here, apart from those on fibres.
 const APART: u32 = 0x8000;
 
 const FIBRES: usize = 0;
 const MESHES: usize = 1;
+
+/// Parts of a pixel's error: where camera rays go, light from lights on fibres, paths from fibres, meshes.
+const COVERED: usize = 0;
+const DIRECT: usize = 1;
+const PATHS: usize = 2;
+const ON_MESHES: usize = 3;
 
 /// A camera ray's hit.
 #[derive(Clone, Copy)]
@@ -54,9 +69,25 @@ impl Met {
 struct Work {
     /// Indexed [kind].
     met: [Vec<Met>; 2],
-    shaded: [Shaded; 2],
-    /// Of the cover, of fibres, of meshes; relative to the variance that is wanted.
-    stratified: [Stratified; 3],
+    strands: Strands,
+    paths: Shaded,
+    meshes: Shaded,
+    /// Of each part of the error, relative to the variance that is wanted.
+    stratified: [Stratified; 4],
+}
+
+impl Work {
+    fn clear(&mut self) {
+        self.met.iter_mut().for_each(Vec::clear);
+        self.strands.clear();
+        self.paths.clear();
+        self.meshes.clear();
+    }
+
+    /// Parts of the pixel that fibres and meshes have.
+    fn share(&self, rays: u32) -> [f64; 2] {
+        [FIBRES, MESHES].map(|k| self.met[k].len() as f64 / f64::from(rays))
+    }
 }
 
 /// First hits of a tile's pixels, and of those around it.
@@ -69,6 +100,22 @@ struct Around {
 }
 
 impl View<'_> {
+    fn total(&self) -> f64 {
+        self.scene.scene.sensor.response_rgb.iter().map(|&w| f64::from(w)).sum()
+    }
+
+    /// The mean of the channels as the sensor weighs them.
+    fn level(&self, rgb: &[f32; 3]) -> f64 {
+        if self.total() > 0.0 { self.mono(rgb) / self.total() } else { 0.0 }
+    }
+
+    /// Variance at which a pixel of this level is converged.
+    fn wanted_variance(&self, level: f64) -> f64 {
+        let sensor = &self.scene.scene.sensor;
+        let full = f64::from(sensor.full_scale_radiance);
+        (f64::from(self.settings.sensor_noise) * full).powi(2) * noise_variance(sensor, level / full)
+    }
+
     /// A tile whose pixels take as many samples as each needs.
     pub(crate) fn adaptive_tile(&self, x0: usize, y0: usize) -> Tile {
         let mut tile = Tile::default();
@@ -132,15 +179,15 @@ impl View<'_> {
             tile.hits.extend(seen);
         }
         let background = self.scene.scene.background_rgb;
-        let mono = self.mono(&background);
         let most = self.settings.max_samples_per_pixel;
-        work.met.iter_mut().for_each(Vec::clear);
-        work.shaded.iter_mut().for_each(Shaded::clear);
+        let most = [if hair { most.saturating_mul(CHEAP) } else { most }, most, most, most];
+        work.clear();
         let mut rays = 0;
-        let mut wanted = if hair { COVER.clamp(first.len() as u32, most) } else { first.len() as u32 };
-        let mut shade = FIRST.map(|n| n.min(most));
+        let cover = if hair { COVER.max(first.len() as u32) } else { first.len() as u32 };
+        let begin = [cover, FIRST[0], FIRST[1] / self.walk.every, FIRST[2]];
+        let mut wanted: [u32; 4] = std::array::from_fn(|i| begin[i].clamp(1, most[i]));
         let (variance, converged) = loop {
-            for n in rays..wanted {
+            for n in rays..wanted[COVERED] {
                 let hit = match first.get(n as usize) {
                     Some(hit) => *hit,
                     None => self.meet(&self.camera_ray(at, &sampler, n), tile),
@@ -150,85 +197,85 @@ impl View<'_> {
                     work.met[met.kind()].push(met);
                 }
             }
-            if rays < wanted {
+            if rays < wanted[COVERED] {
+                rays = wanted[COVERED];
                 work.met[FIBRES].sort_unstable_by_key(Met::order);
-                rays = wanted;
+                work.strands.group(&work.met[FIBRES], rays);
             }
-            for kind in [FIBRES, MESHES] {
-                self.shade(at, kind, shade[kind], (key, &sampler), work, tile, scratch);
-            }
-            // Parts of the variance: of the cover, of what fibres look like, of what meshes look like.
-            let share = [FIBRES, MESHES].map(|k| work.met[k].len() as f64 / f64::from(rays));
-            let cover = cover_variance(&work.met, rays, work.shaded.each_ref().map(Shaded::mean), mono);
-            let of = |k: usize| match work.met[k].is_empty() {
-                true => Variance::default(),
-                false => work.shaded[k].variance().times(share[k] * share[k]),
-            };
-            let found = [cover, of(FIBRES), of(MESHES)];
-            let parts: [f64; 3] = std::array::from_fn(|i| found[i].single * work.stratified[i].share());
+            self.shade(at, wanted, (key, &sampler), work, tile, scratch);
+            let mut between = Between::new(rays, self.level(&background));
+            work.strands.cover(&work.met[FIBRES], &mut between);
+            let share = work.share(rays);
+            between.add(work.meshes.mean(), work.met[MESHES].iter().map(|m| m.index));
+            let found = [
+                between.variance(),
+                work.strands.light(rays).1,
+                work.paths.variance_of(share[FIBRES]),
+                work.meshes.variance_of(share[MESHES]),
+            ];
+            let parts: [f64; 4] = std::array::from_fn(|i| found[i].single * work.stratified[i].share());
             let variance: f64 = parts.iter().sum();
-            let mean = share[FIBRES] * work.shaded[FIBRES].mean()
-                + share[MESHES] * work.shaded[MESHES].mean()
-                + (1.0 - share[FIBRES] - share[MESHES]) * mono;
-            let goal = self.goal(mean);
-            let free = [rays < most, shade[FIBRES] < most, shade[MESHES] < most];
-            let worst =
-                (0..3).filter(|&i| free[i] && parts[i] > 0.0).max_by(|&a, &b| parts[a].total_cmp(&parts[b]));
+            let goal = self.wanted_variance(between.mean() + share[FIBRES] * work.paths.mean());
+            let worth = |i: usize| parts[i] / f64::from(wanted[i] * COST[i]);
+            let worst = (0..4)
+                .filter(|&i| wanted[i] < most[i] && parts[i] > 0.0 && parts[i] >= MINOR * variance)
+                .max_by(|&a, &b| worth(a).total_cmp(&worth(b)));
             let Some(worst) = worst.filter(|_| variance > goal) else {
                 for (stratified, v) in work.stratified.iter_mut().zip(found) {
                     stratified.learn(v.times(1.0 / goal));
                 }
                 break (variance, variance <= goal);
             };
-            match worst {
-                0 => wanted = more(rays).min(most),
-                kind => shade[kind - 1] = more(shade[kind - 1]).min(most),
-            }
+            wanted[worst] = more(wanted[worst]).min(most[worst]);
         };
-        let mut rgb = background.map(f64::from);
-        for (met, shaded) in work.met.iter().zip(&work.shaded).filter(|(m, _)| !m.is_empty()) {
-            let (share, n) = (met.len() as f64 / f64::from(rays), shaded.values.len() as f64);
-            for c in 0..3 {
-                rgb[c] += share * (shaded.sum_rgb[c] / n - f64::from(background[c]));
-            }
-        }
-        tile.rgb.push(rgb.map(|v| v as f32));
-        tile.variance.push(if variance.is_finite() { variance as f32 } else { 0.0 });
+        let share = work.share(rays);
+        let (direct, paths, meshes) =
+            (work.strands.light(rays).0, work.paths.mean_rgb(), work.meshes.mean_rgb());
+        tile.rgb.push(std::array::from_fn(|c| {
+            let empty = (1.0 - share[FIBRES] - share[MESHES]) * f64::from(background[c]);
+            (empty + direct[c] + share[FIBRES] * paths[c] + share[MESHES] * meshes[c]) as f32
+        }));
+        let of_sum = variance * self.total().powi(2);
+        tile.variance.push(if of_sum.is_finite() { of_sum as f32 } else { 0.0 });
         tile.counts.push((tile.hits.len() - hits_before) as u32);
         tile.converged += u64::from(converged);
     }
 
-    /// Shades hits of a kind until there are `upto`: evenly spaced ones of the list, the more the closer (van der
-    /// Corput's order, begun anywhere), and meshes' in the order of the camera's rays, each with further points on lights.
+    /// Shades hits until there are as many as are `wanted`: light from lights on fibres strand by strand, paths from evenly
+    /// spaced hits on fibres, and meshes' hits in the order of the camera's rays, again with further points on lights.
     fn shade(
         &self,
         at: (usize, usize),
-        kind: usize,
-        upto: u32,
+        wanted: [u32; 4],
         (key, sampler): (u64, &PixelSampler),
         work: &mut Work,
         tile: &mut Tile,
         scratch: &mut Scratch,
     ) {
-        let (met, shaded) = (&work.met[kind], &mut work.shaded[kind]);
-        let every = self.walk.every;
-        let begin = Rng::keyed(&[key, kind as u64]).next_u64() as u32;
-        for n in shaded.values.len() as u32..if met.is_empty() { 0 } else { upto } {
-            let place = match kind {
-                FIBRES => (u64::from(n.reverse_bits().wrapping_add(begin)) * met.len() as u64) >> 32,
-                _ => u64::from(n) % met.len() as u64,
-            };
-            let Met { index, hit } = met[place as usize];
+        let [fibres, meshes] = &work.met;
+        let begin = Rng::keyed(&[key, FIBRES as u64]).next_u64() as u32;
+        let draws = |index: u32| Draws { sampler, index, key };
+        work.strands.shade(fibres, wanted[DIRECT], begin, |place, n| {
+            let Met { index, hit } = fibres[place];
             let ray = self.camera_ray(at, sampler, index);
-            let drawn = if kind == FIBRES { n } else { APART + n % APART };
-            let draws = Draws { sampler, index: drawn, key };
+            let rgb = self.light((&ray, &hit), draws(n), None, true, tile, scratch).0;
+            (rgb, self.level(&rgb))
+        });
+        for n in work.paths.count()..if fibres.is_empty() { 0 } else { wanted[PATHS] } {
+            let Met { index, hit } = fibres[spread(n, begin, fibres.len())];
+            let ray = self.camera_ray(at, sampler, index);
+            let rgb = self.followed((&ray, &hit), draws(n), tile, scratch);
+            work.paths.add(rgb, self.level(&rgb));
+        }
+        let every = self.walk.every;
+        for n in work.meshes.count()..if meshes.is_empty() { 0 } else { wanted[ON_MESHES] } {
+            let Met { index, hit } = meshes[n as usize % meshes.len()];
+            let ray = self.camera_ray(at, sampler, index);
+            let drawn = APART + n % APART;
             let followed = n.is_multiple_of(every).then_some(drawn / every);
-            let (direct, more) = self.light((&ray, &hit), draws, followed, true, tile, scratch);
+            let (direct, more) = self.light((&ray, &hit), draws(drawn), followed, true, tile, scratch);
             let rgb: [f32; 3] = std::array::from_fn(|c| direct[c] + every as f32 * more[c]);
-            for c in 0..3 {
-                shaded.sum_rgb[c] += f64::from(rgb[c]);
-            }
-            shaded.values.push(self.mono(&rgb));
+            work.meshes.add(rgb, self.level(&rgb));
         }
     }
 }
@@ -236,25 +283,4 @@ impl View<'_> {
 /// The next of 4, 6, 8, 12, 16, ...
 fn more(n: u32) -> u32 {
     if n.is_power_of_two() { n + n.div_ceil(2) } else { n + n.div_ceil(3) }
-}
-
-/// Variance of a pixel's mean that comes of where its camera rays go.
-fn cover_variance(met: &[Vec<Met>; 2], rays: u32, means: [f64; 2], background: f64) -> Variance {
-    if rays < 2 {
-        return Variance::UNKNOWN;
-    }
-    let n = f64::from(rays);
-    let (mut sum, mut squares, mut halves) = (0.0, 0.0, [0.0; 2]);
-    for (met, mean) in met.iter().zip(means) {
-        let (value, count) = (mean - background, met.len() as f64);
-        sum += value * count;
-        squares += value * value * count;
-        let first = met.iter().filter(|m| m.index < rays / 2).count() as f64;
-        halves[0] += value * first;
-        halves[1] += value * (count - first);
-    }
-    Variance {
-        single: (squares - sum * sum / n).max(0.0) / (n * (n - 1.0)),
-        halves: ((halves[0] - halves[1]) / n).powi(2),
-    }
 }

@@ -78,7 +78,7 @@ fn is_usual(v: &u32) -> bool {
 pub struct Settings {
     /// Rays through each pixel before convergence is looked at; all of them feed the identity buffer.
     pub samples_per_pixel: u32,
-    /// Upper limit of rays through a pixel.
+    /// Upper limit of rays through a pixel; with [`Settings::sensor_noise`], of samples of each kind.
     pub max_samples_per_pixel: u32,
     /// Standard error of a pixel's radiance, relative to the sensor's full scale, at which it is converged: as
     /// estimated by taking the samples for independent, which overstates it by about a quarter.
@@ -88,15 +88,17 @@ pub struct Settings {
     /// an error of 0.004 in direct light, and 16 followed ones of them 0.020 in all; it falls with the root of the
     /// number of rays followed. The example `noise` prints both for any scene.
     pub noise_target: f32,
-    /// If above 0, a pixel is converged once its standard error is at most this part of the sensor's noise at the pixel's
-    /// signal ([`noise_variance`]), and `noise_target` is not looked at. Needs a sensor with noise.
+    /// If above 0, a pixel is converged once the standard error of the mean of its channels, as the sensor weighs them, is at
+    /// most this part of the noise that a channel of the sensor has there ([`noise_variance`]; of a colour sensor's, and of
+    /// a monochrome one's whose weights sum to 1), and `noise_target` is not looked at. Needs a sensor with noise.
     ///
-    /// Cover and shading are then sampled apart: where fibres are seen, or beside it, 64 camera rays or more up to
-    /// `max_samples_per_pixel` tell how much of the pixel fibres and meshes have, and evenly spaced ones of their hits are
-    /// shaded, at first sixteen and eight, whichever part errs most being sampled further; each with a shadow ray for each of
-    /// up to sixteen lights. The error is estimated as of independent samples, times what stratification was found to gain
-    /// in the pixels of the tile that are done; as pixels stop where it is low, it is then up to twice too low. The example
-    /// `face_noise` compares it with the difference of two seeds.
+    /// Cover and shading are then sampled apart: where fibres are seen, or beside it, 64 camera rays or more, up to eight
+    /// times `max_samples_per_pixel`, tell how much of the pixel each strand has. What one strand reflects within a pixel
+    /// varies little: a few of its hits are lit by lights, at least two, with a shadow ray for each of up to sixteen lights.
+    /// Paths start from evenly spaced hits on fibres, and meshes are sampled by themselves; whichever part errs most for what it
+    /// costs is sampled further, up to `max_samples_per_pixel`. The error is estimated as of independent samples, times
+    /// what stratification was found to gain in the pixels of the tile that are done; as pixels stop where it is low, it is
+    /// then somewhat too low. The example `face_noise` compares it with the difference of two seeds.
     #[serde(skip_serializing_if = "is_zero")]
     pub sensor_noise: f32,
     /// Paths from around each vertex of skin for the light below it, at least 4; the same for all views. Only where the

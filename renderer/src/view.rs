@@ -6,7 +6,6 @@ use crate::lens::{CameraRay, RayMaker};
 use crate::path::{Draws, Scratch, Walk};
 use crate::sampler::PixelSampler;
 use crate::scene::RenderScene;
-use crate::sensor::noise_variance;
 use crate::skin_light::SkinLight;
 use crate::tile::{Assembly, TILE, Tile};
 use crate::{Render, RenderError, Settings};
@@ -73,16 +72,6 @@ impl View<'_> {
     pub(crate) fn mono(&self, rgb: &[f32; 3]) -> f64 {
         let weights = self.scene.scene.sensor.response_rgb;
         (0..3).map(|c| f64::from(rgb[c] * weights[c])).sum()
-    }
-
-    /// Variance at which a pixel of this mean is converged.
-    pub(crate) fn goal(&self, mean: f64) -> f64 {
-        let sensor = &self.scene.scene.sensor;
-        let full = f64::from(sensor.full_scale_radiance);
-        match f64::from(self.settings.sensor_noise) {
-            0.0 => (f64::from(self.settings.noise_target) * full).powi(2),
-            share => share * share * full * full * noise_variance(sensor, mean / full),
-        }
     }
 
     /// A pixel's camera ray with this index.
@@ -172,6 +161,22 @@ impl View<'_> {
         (tile.finite(direct), tile.finite(more))
     }
 
+    /// What following a hit on a fibre brings, see [`View::light`].
+    pub(crate) fn followed(
+        &self,
+        (ray, hit): (&CameraRay, &Hit),
+        draws: Draws<'_>,
+        tile: &mut Tile,
+        scratch: &mut Scratch,
+    ) -> [f32; 3] {
+        let vertex = self.scene.vertex(hit, ray.origin, ray.direction);
+        let guide = self.scene.guide_beside_lights(&vertex, self.walk.first_mix());
+        let light = self.light.as_deref();
+        let work = &mut tile.work;
+        let more = self.scene.followed_light(vertex, guide, draws, &self.walk, light, scratch, work);
+        tile.finite(more)
+    }
+
     fn pixel(&self, x: usize, y: usize, tile: &mut Tile, scratch: &mut Scratch, groups: &mut Vec<f64>) {
         if !self.footprint.covers(x, y) {
             tile.empty(self.scene.scene.background_rgb);
@@ -186,6 +191,9 @@ impl View<'_> {
         // Welford's running mean and sum of squared deviations of the sensor-weighted radiance of groups: one
         // followed camera ray and as many others as come on one.
         let (mut mean, mut squares, mut count) = (0.0f64, 0.0f64, 0u32);
+        let goal = (f64::from(self.settings.noise_target)
+            * f64::from(self.scene.scene.sensor.full_scale_radiance))
+        .powi(2);
         let mut n = 0u32;
         let mut stop = first;
         let variance = loop {
@@ -210,7 +218,7 @@ impl View<'_> {
             }
             let variance =
                 if count > 1 { squares / (f64::from(count - 1) * f64::from(count)) } else { f64::INFINITY };
-            if variance <= self.goal(mean) {
+            if variance <= goal {
                 tile.converged += 1;
                 break variance;
             }

@@ -24,22 +24,40 @@ fn adaptive(first: u32, most: u32, share: f32) -> Settings {
     }
 }
 
-#[test]
-fn what_is_sampled_apart_has_the_mean_and_the_identities_of_what_is_not() {
-    let mut s = hairy();
-    for below in [true, false] {
-        if !below {
-            s.skin = bare(0.0);
-        }
-        let plain = Settings { sensor_noise: 0.0, noise_target: 0.0, ..adaptive(64, 64, 0.0) };
-        let [a, b] = [(plain, 24), (adaptive(8, 64, 0.5), 48)].map(|(p, n)| over_seeds(&s, &p, n));
-        for (c, (a, b)) in a.iter().zip(b).enumerate() {
-            let (off, error) = (b.0 - a.0, (a.1 + b.1).sqrt());
-            assert!(off.abs() < 5.0 * error, "channel {c}, light below {below}: {off} against {error}");
-            assert!(5.0 * error < 0.02 * a.0, "channel {c}: {error} of {} tells nothing", a.0);
-        }
+/// The mean of [`hairy`] over seeds, sampled plainly and with cover and shading apart.
+fn both_ways(s: &Scene, seeds: [u64; 2]) {
+    let plain = Settings { sensor_noise: 0.0, noise_target: 0.0, ..adaptive(64, 64, 0.0) };
+    let [a, b] = [(plain, seeds[0]), (adaptive(8, 64, 0.5), seeds[1])].map(|(p, n)| over_seeds(s, &p, n));
+    for (c, (a, b)) in a.iter().zip(b).enumerate() {
+        let (off, error) = (b.0 - a.0, (a.1 + b.1).sqrt());
+        assert!(off.abs() < 5.0 * error, "channel {c}: {off} against {error}");
+        assert!(5.0 * error < 0.02 * a.0, "channel {c}: {error} of {} tells nothing", a.0);
     }
-    let [a, b] = [0.0, 1.0].map(|share| render(&s, &adaptive(8, 64, share), 3));
+}
+
+#[test]
+fn what_is_sampled_apart_has_the_mean_of_what_is_not() {
+    both_ways(&hairy(), [24, 48]);
+}
+
+#[test]
+fn it_has_that_mean_before_skin_whose_light_below_is_not_known() {
+    both_ways(&Scene { skin: bare(0.0), ..hairy() }, [24, 48]);
+}
+
+#[test]
+fn it_has_that_mean_where_no_fibre_has_much_of_a_pixel() {
+    // A dozen fibres in a pixel, a twentieth of it each, dark and fair.
+    let mut s = Scene { skin: bare(0.0), ..hairy() };
+    s.strands.points.iter_mut().for_each(|p| p.x *= 0.1);
+    s.strands.radii_mm.iter_mut().for_each(|r| *r *= 0.25);
+    s.pigments.iter_mut().step_by(3).for_each(|p| p.eumelanin = 0.02);
+    both_ways(&s, [24, 48]);
+}
+
+#[test]
+fn what_is_sampled_apart_has_the_identities_of_what_is_not() {
+    let [a, b] = [0.0, 1.0].map(|share| render(&hairy(), &adaptive(8, 64, share), 3));
     assert_eq!(a.hits, b.hits);
 }
 
@@ -108,4 +126,17 @@ fn one_ray_at_first_is_not_taken_for_enough() {
     let pixels = s.rig.cameras[0].width as u64 * s.rig.cameras[0].height as u64;
     assert!(one.converged > 0.95 * eight.converged, "{} against {}", one.converged, eight.converged);
     assert!(one.primary_rays >= 2 * pixels, "{} rays for {pixels} pixels", one.primary_rays);
+}
+
+#[test]
+fn a_colour_sensor_asks_as_much_of_a_grey_scene_as_a_monochrome_one() {
+    let with = |weight: f32| {
+        let mut s = hairy();
+        s.sensor.response_rgb = [weight; 3];
+        render(&s, &adaptive(8, 64, 1.0), 1)
+    };
+    // Weights whose sums differ by a power of two, so that nothing is rounded.
+    let [a, b] = [0.25, 1.0].map(with);
+    assert_eq!(a.radiance_rgb.data, b.radiance_rgb.data);
+    assert!(a.variance.data.iter().zip(&b.variance.data).all(|(a, b)| 16.0 * a == *b));
 }

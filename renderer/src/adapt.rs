@@ -119,7 +119,7 @@ impl View<'_> {
     /// A tile whose pixels take as many samples as each needs.
     pub(crate) fn adaptive_tile(&self, x0: usize, y0: usize) -> Tile {
         let mut tile = Tile::default();
-        let mut scratch = Scratch::new(self.scene.lights.len());
+        let mut scratch = Scratch::new(self.scene.lights.len(), self.shadows.as_deref());
         let mut work = Work::default();
         let around = self.around(x0, y0, &mut tile);
         for y in y0..(y0 + TILE).min(self.height) {
@@ -168,7 +168,7 @@ impl View<'_> {
         hair: bool,
         work: &mut Work,
         tile: &mut Tile,
-        scratch: &mut Scratch,
+        scratch: &mut Scratch<'_>,
     ) {
         let key = self.key(at.0, at.1);
         let sampler = PixelSampler::new(key);
@@ -250,7 +250,7 @@ impl View<'_> {
         (key, sampler): (u64, &PixelSampler),
         work: &mut Work,
         tile: &mut Tile,
-        scratch: &mut Scratch,
+        scratch: &mut Scratch<'_>,
     ) {
         let [fibres, meshes] = &work.met;
         let begin = Rng::keyed(&[key, FIBRES as u64]).next_u64() as u32;

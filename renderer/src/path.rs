@@ -5,8 +5,10 @@ use crate::guide::Guide;
 use crate::light::{Mix, Strategy, WEIGHED};
 use crate::sampler::PixelSampler;
 use crate::scene::RenderScene;
+use crate::shadows::Shadows;
 use crate::skin_light::SkinLight;
 use crate::vertex::Vertex;
+use glam::Vec3;
 use strandbench_rng::Rng;
 
 /// Unshadowed radiance, relative to the sensor's full scale, below which a point gets fewer shadow rays.
@@ -49,15 +51,19 @@ impl Walk {
 }
 
 /// What a thread keeps while it renders a tile.
-pub(crate) struct Scratch {
+pub(crate) struct Scratch<'a> {
     /// Indexed [light]: blockers of first vertices, and of all others.
     first: Vec<LastBlockers>,
     later: Vec<LastBlockers>,
+    /// Of points that are looked for to be kept.
+    kept: Vec<LastBlockers>,
+    shadows: Option<&'a Shadows>,
 }
 
-impl Scratch {
-    pub fn new(lights: usize) -> Scratch {
-        Scratch { first: vec![LastBlockers::default(); lights], later: vec![LastBlockers::default(); lights] }
+impl<'a> Scratch<'a> {
+    pub fn new(lights: usize, shadows: Option<&'a Shadows>) -> Scratch<'a> {
+        let none = || vec![LastBlockers::default(); lights];
+        Scratch { first: none(), later: none(), kept: none(), shadows }
     }
 }
 
@@ -82,6 +88,26 @@ fn distance(hit: &Option<Hit>) -> f32 {
     }
 }
 
+/// Scattering towards a light, and the density of directions of scattering there.
+#[inline(always)]
+fn towards<const POLARISED: bool>(
+    vertex: &Vertex<'_>,
+    guide: Option<&Guide>,
+) -> impl Fn(Vec3) -> ([f32; 3], f32) {
+    move |to_light| match guide {
+        None if POLARISED => (vertex.lobe.depolarised(to_light), 0.0),
+        None => (vertex.lobe.eval(to_light), 0.0),
+        Some(guide) if POLARISED => {
+            let pdf = vertex.lobe.eval_pdf(to_light).1;
+            (vertex.lobe.depolarised(to_light), guide.pdf(to_light, pdf))
+        }
+        Some(guide) => {
+            let (eval, pdf) = vertex.lobe.eval_pdf(to_light);
+            (eval, guide.pdf(to_light, pdf))
+        }
+    }
+}
+
 impl RenderScene<'_> {
     /// What directions of scattering follow at a vertex.
     fn guide(&self, vertex: &Vertex<'_>) -> Guide {
@@ -101,7 +127,7 @@ impl RenderScene<'_> {
         guide: Option<&Guide>,
         u: [f32; 3],
         walk: &Walk,
-        scratch: &mut Scratch,
+        scratch: &mut Scratch<'_>,
         work: &mut Work,
     ) -> [f32; 3] {
         self.first_light(vertex, guide, walk.first_mix(), walk.thorough, u, walk, scratch, work)
@@ -115,7 +141,7 @@ impl RenderScene<'_> {
         all: bool,
         u: [f32; 3],
         walk: &Walk,
-        scratch: &mut Scratch,
+        scratch: &mut Scratch<'_>,
         work: &mut Work,
     ) -> [f32; 3] {
         let mix = Mix { strategy: Strategy::Lights, share: 1.0 };
@@ -130,9 +156,16 @@ impl RenderScene<'_> {
         all: bool,
         u: [f32; 3],
         walk: &Walk,
-        scratch: &mut Scratch,
+        scratch: &mut Scratch<'_>,
         work: &mut Work,
     ) -> [f32; 3] {
+        let kept = match walk.polarised {
+            true => self.light_of_kept_shadows::<true>(vertex, guide, mix, u, scratch, work),
+            false => self.light_of_kept_shadows::<false>(vertex, guide, mix, u, scratch, work),
+        };
+        if let Some(rgb) = kept {
+            return rgb;
+        }
         let (dim, blockers, rays) = (DIM * walk.full_scale, &mut scratch.first, &mut work.shadow);
         match (all, walk.polarised) {
             (true, false) => self.drawn_light::<WEIGHED, false>(vertex, guide, u, dim, mix, blockers, rays),
@@ -140,6 +173,21 @@ impl RenderScene<'_> {
             (false, false) => self.drawn_light::<2, false>(vertex, guide, u, dim, mix, blockers, rays),
             (false, true) => self.drawn_light::<2, true>(vertex, guide, u, dim, mix, blockers, rays),
         }
+    }
+
+    /// Light from lights by one scattering, from one point on each and with the shadows that are kept; `None` where none are.
+    fn light_of_kept_shadows<const POLARISED: bool>(
+        &self,
+        vertex: &Vertex<'_>,
+        guide: Option<&Guide>,
+        mix: Mix,
+        u: [f32; 3],
+        scratch: &mut Scratch<'_>,
+        work: &mut Work,
+    ) -> Option<[f32; 3]> {
+        let visible = scratch.shadows?.at(self, vertex.hit.as_ref()?, &mut scratch.kept, work)?;
+        let point = vertex.surface.position_mm;
+        Some(self.lights.seen_in_part(u, point, mix, &visible, towards::<POLARISED>(vertex, guide)))
     }
 
     fn drawn_light<const DRAWS: usize, const POLARISED: bool>(
@@ -153,19 +201,7 @@ impl RenderScene<'_> {
         shadow_rays: &mut u64,
     ) -> [f32; 3] {
         let point = vertex.surface.position_mm;
-        let lobe = |to_light| match guide {
-            None if POLARISED => (vertex.lobe.depolarised(to_light), 0.0),
-            None => (vertex.lobe.eval(to_light), 0.0),
-            Some(guide) if POLARISED => {
-                let pdf = vertex.lobe.eval_pdf(to_light).1;
-                (vertex.lobe.depolarised(to_light), guide.pdf(to_light, pdf))
-            }
-            Some(guide) => {
-                let (eval, pdf) = vertex.lobe.eval_pdf(to_light);
-                (eval, guide.pdf(to_light, pdf))
-            }
-        };
-        let choices = self.lights.choose::<DRAWS>(u, point, dim, mix, lobe);
+        let choices = self.lights.choose::<DRAWS>(u, point, dim, mix, towards::<POLARISED>(vertex, guide));
         let mut rgb = [0.0; 3];
         for c in choices.iter().flatten() {
             *shadow_rays += 1;
@@ -186,7 +222,7 @@ impl RenderScene<'_> {
         draws: Draws<'_>,
         walk: &Walk,
         light: Option<&SkinLight>,
-        scratch: &mut Scratch,
+        scratch: &mut Scratch<'_>,
         work: &mut Work,
     ) -> [f32; 3] {
         let mut rng = Rng::keyed(&[draws.key, u64::from(draws.index)]);
@@ -241,12 +277,13 @@ impl RenderScene<'_> {
             };
             let dim = DIM * walk.full_scale / carried;
             known = self.guide_beside_lights(&vertex, mix);
-            let (guide, blockers) = (known.as_ref(), &mut scratch.later);
-            let rays = &mut work.shadow;
-            let found = match walk.thorough {
+            let guide = known.as_ref();
+            let kept = self.light_of_kept_shadows::<false>(&vertex, guide, mix, u, scratch, work);
+            let (blockers, rays) = (&mut scratch.later, &mut work.shadow);
+            let found = kept.unwrap_or_else(|| match walk.thorough {
                 true => self.drawn_light::<4, false>(&vertex, guide, u, dim, mix, blockers, rays),
                 false => self.drawn_light::<1, false>(&vertex, guide, u, dim, mix, blockers, rays),
-            };
+            });
             add(&mut rgb, throughput, found);
             if rng.f32() >= survival {
                 break;

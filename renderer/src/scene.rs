@@ -5,6 +5,7 @@ use crate::accel::Accel;
 use crate::environment::Sky;
 use crate::fibre::FibreModel;
 use crate::light::Lights;
+use crate::shadows::{ShadowKey, Shadows};
 use crate::skin::Skin;
 use crate::skin_light::{GlowKey, SkinLight};
 use glam::Vec3;
@@ -30,6 +31,8 @@ pub struct RenderScene<'a> {
     pub(crate) normals: Vec<Vec<Vec3>>,
     /// The light below the skin, once a view has asked for it.
     pub(crate) glow: Mutex<Option<(GlowKey, Arc<SkinLight>)>>,
+    /// Shadows that are kept, once a view has asked for them.
+    pub(crate) shadows: Mutex<Option<(ShadowKey, Arc<Shadows>)>>,
 }
 
 impl<'a> RenderScene<'a> {
@@ -113,6 +116,7 @@ impl<'a> RenderScene<'a> {
             absorption,
             normals: meshes.iter().map(|m| m.vertex_normals()).collect(),
             glow: Mutex::new(None),
+            shadows: Mutex::new(None),
         })
     }
 

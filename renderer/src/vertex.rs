@@ -14,7 +14,7 @@ pub(crate) const SURFACE_OFFSET_MM: f32 = 0.008;
 /// Relief is no steeper than this, mm per mm, however much a triangle is squeezed.
 const STEEPEST: f32 = 1.5;
 /// A fibre is passed by the rays that leave it up to this distance, fibre radii.
-const NEAR_RADII: f32 = 4.0;
+pub(crate) const NEAR_RADII: f32 = 4.0;
 
 /// The geometry of a hit, mm, world.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -99,6 +99,8 @@ pub(crate) struct Vertex<'a> {
     pub lobe: Lobe<'a>,
     /// Where on the skin it is, if light may spread below it.
     pub below: Option<Below>,
+    /// What was met, if it is a fibre or the outside of a mesh.
+    pub hit: Option<Hit>,
 }
 
 /// A place on skin.
@@ -161,6 +163,7 @@ impl RenderScene<'_> {
                     skip: Some(Skip { strand, point, near_mm: NEAR_RADII * radius }),
                     lobe: Lobe::Fibre(self.fibre.toward(&at, to_camera)),
                     below: None,
+                    hit: Some(*hit),
                 }
             }
             Hit::Mesh { surface: which, triangle, uv, .. } => {
@@ -193,6 +196,7 @@ impl RenderScene<'_> {
                     skip: None,
                     lobe: Lobe::Skin(skin.toward(normal, face, to_camera, albedo_rgb)),
                     below,
+                    hit: outward.then_some(*hit),
                 }
             }
         }

@@ -6,6 +6,7 @@ use crate::lens::{CameraRay, RayMaker};
 use crate::path::{Draws, Scratch, Walk};
 use crate::sampler::PixelSampler;
 use crate::scene::RenderScene;
+use crate::shadows::Shadows;
 use crate::skin_light::SkinLight;
 use crate::tile::{Assembly, TILE, Tile};
 use crate::{Render, RenderError, Settings};
@@ -34,12 +35,13 @@ pub(crate) struct View<'a> {
     camera: usize,
     seed: u64,
     light: Option<Arc<SkinLight>>,
+    pub shadows: Option<Arc<Shadows>>,
 }
 
 impl View<'_> {
     fn tile(&self, x0: usize, y0: usize) -> Tile {
         let mut tile = Tile::default();
-        let mut scratch = Scratch::new(self.scene.lights.len());
+        let mut scratch = Scratch::new(self.scene.lights.len(), self.shadows.as_deref());
         let mut groups = Vec::new();
         for y in y0..(y0 + TILE).min(self.height) {
             for x in x0..(x0 + TILE).min(self.width) {
@@ -115,7 +117,7 @@ impl View<'_> {
         draws: Draws<'_>,
         followed: Option<u32>,
         tile: &mut Tile,
-        scratch: &mut Scratch,
+        scratch: &mut Scratch<'_>,
     ) -> ([f32; 3], [f32; 3]) {
         let n = draws.index;
         let ray = self.camera_ray(at, draws.sampler, n);
@@ -141,7 +143,7 @@ impl View<'_> {
         followed: Option<u32>,
         all: bool,
         tile: &mut Tile,
-        scratch: &mut Scratch,
+        scratch: &mut Scratch<'_>,
     ) -> ([f32; 3], [f32; 3]) {
         let scene = self.scene;
         let mut vertex = scene.vertex(hit, ray.origin, ray.direction);
@@ -167,7 +169,7 @@ impl View<'_> {
         (ray, hit): (&CameraRay, &Hit),
         draws: Draws<'_>,
         tile: &mut Tile,
-        scratch: &mut Scratch,
+        scratch: &mut Scratch<'_>,
     ) -> [f32; 3] {
         let vertex = self.scene.vertex(hit, ray.origin, ray.direction);
         let guide = self.scene.guide_beside_lights(&vertex, self.walk.first_mix());
@@ -177,7 +179,7 @@ impl View<'_> {
         tile.finite(more)
     }
 
-    fn pixel(&self, x: usize, y: usize, tile: &mut Tile, scratch: &mut Scratch, groups: &mut Vec<f64>) {
+    fn pixel(&self, x: usize, y: usize, tile: &mut Tile, scratch: &mut Scratch<'_>, groups: &mut Vec<f64>) {
         if !self.footprint.covers(x, y) {
             tile.empty(self.scene.scene.background_rgb);
             return;
@@ -301,6 +303,7 @@ impl RenderScene<'_> {
                 polarised: self.scene.polarised.get(camera).copied().unwrap_or(false),
             },
             light: self.light_below(settings, seed, monitor)?,
+            shadows: self.shadows(settings, seed)?,
             pinhole: maker.is_pinhole(),
             footprint: if maker.is_pinhole() {
                 Footprint::of(self.scene, cam)

@@ -44,6 +44,15 @@ impl Mix {
             Strategy::Both => light / (light + self.share * lobe),
         }
     }
+
+    /// Estimate of the reflected radiance before shadow, times the weight.
+    #[inline(always)]
+    fn reflected(&self, s: &LightSample, small: bool, lobe: impl Fn(Vec3) -> ([f32; 3], f32)) -> [f32; 3] {
+        let alone = small || self.strategy == Strategy::Lights;
+        let (f, pdf) = lobe(s.direction);
+        let weight = if alone { 1.0 } else { self.of_light(s.pdf, pdf) };
+        std::array::from_fn(|c| f[c] * s.weight_rgb[c] * weight)
+    }
 }
 
 /// A light point chosen among one on each light, see [`Lights::choose`].
@@ -128,6 +137,11 @@ impl Lights {
         Some((s.direction, s.weight_rgb.iter().sum::<f32>() * (s.pdf / (s.pdf + 0.2))))
     }
 
+    /// The point that `u` names on a rectangle; `None` if it faces away.
+    pub(crate) fn on_rectangle(&self, light: usize, u: [f32; 2], point: Vec3) -> Option<LightSample> {
+        self.emitters[light].sample(u, point)
+    }
+
     /// A point on a light for `u` in [0, 1)³ (choice in proportion to area times radiance, position); `None` if
     /// it faces away from `point`.
     #[inline]
@@ -166,6 +180,30 @@ impl Lights {
         }
     }
 
+    /// What the points that `u` names on each rectangle reflect together, each times what `visible` says is seen of its
+    /// rectangle; `lobe` and `mix` as for [`Lights::choose`].
+    #[inline(always)]
+    pub(crate) fn seen_in_part(
+        &self,
+        u: [f32; 3],
+        point: Vec3,
+        mix: Mix,
+        visible: &[f32],
+        lobe: impl Fn(Vec3) -> ([f32; 3], f32),
+    ) -> [f32; 3] {
+        let mut rgb = [0.0; 3];
+        if mix.strategy == Strategy::Scattering {
+            return rgb;
+        }
+        for (e, &share) in self.emitters.iter().zip(visible).filter(|(_, share)| **share > 0.0) {
+            if let Some(s) = e.sample([u[1], u[2]], point) {
+                let light = mix.reflected(&s, e.is_small(point), &lobe);
+                rgb = std::array::from_fn(|c| rgb[c] + share * light[c]);
+            }
+        }
+        rgb
+    }
+
     /// With room for `ROOM` candidates, the environment in the last.
     #[inline(always)]
     fn choose_among<const DRAWS: usize, const ROOM: usize>(
@@ -180,16 +218,11 @@ impl Lights {
         if mix.strategy == Strategy::Scattering {
             return drawn;
         }
-        let candidate = |light: usize, s: LightSample, small: bool| {
-            let alone = small || mix.strategy == Strategy::Lights;
-            let (f, pdf) = lobe(s.direction);
-            let weight = if alone { 1.0 } else { mix.of_light(s.pdf, pdf) };
-            Choice {
-                light,
-                direction: s.direction,
-                distance: s.distance,
-                radiance_rgb: std::array::from_fn(|c| f[c] * s.weight_rgb[c] * weight),
-            }
+        let candidate = |light: usize, s: LightSample, small: bool| Choice {
+            light,
+            direction: s.direction,
+            distance: s.distance,
+            radiance_rgb: mix.reflected(&s, small, &lobe),
         };
         let mean = |c: &Choice| c.radiance_rgb.iter().sum::<f32>() * (1.0 / 3.0);
         let mut candidates = [None; ROOM];

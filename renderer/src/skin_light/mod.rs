@@ -220,7 +220,7 @@ impl RenderScene<'_> {
         monitor.begin("light below the skin", lots as u64);
         let one = |lot: usize| -> Result<Vec<([f64; 3], [f64; 3], u64)>, Cancelled> {
             monitor.check()?;
-            let mut scratch = Scratch::new(self.lights.len());
+            let mut scratch = Scratch::new(self.lights.len(), None);
             let last = ((lot + 1) * LOT).min(mesh.vertices.len());
             let made = (lot * LOT..last)
                 .map(|v| self.at_vertex(which, v, &patches, settings.skin_paths, &walk, seed, &mut scratch))
@@ -247,7 +247,7 @@ impl RenderScene<'_> {
         paths: u32,
         walk: &Walk,
         seed: u64,
-        scratch: &mut Scratch,
+        scratch: &mut Scratch<'_>,
     ) -> ([f64; 3], [f64; 3], u64) {
         let key = Rng::keyed(&[seed, SKIN_KEY, which as u64, vertex as u64]).next_u64();
         let sampler = PixelSampler::new(key);
@@ -300,6 +300,7 @@ impl RenderScene<'_> {
             skip: None,
             lobe: Lobe::Skin(skin.receiver(normal, face)),
             below: None,
+            hit: None,
         }
     }
 }

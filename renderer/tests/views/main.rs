@@ -3,6 +3,7 @@
 mod adaptive;
 mod closed;
 mod common;
+mod kept;
 mod promises;
 mod shadows;
 mod skin;

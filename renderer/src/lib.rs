@@ -103,7 +103,7 @@ pub struct Settings {
     #[serde(skip_serializing_if = "is_zero")]
     pub sensor_noise: f32,
     /// Distance, in pixels of the camera that sees the scene largest, of points over meshes where shadows are kept for all views
-    /// of a frame; along fibres they are twice as far apart, and where no fibre is near eight times. From each, stratified shadow
+    /// of a frame; along fibres they are twice as far apart, and where no fibre is within 5 mm four times. From each, stratified shadow
     /// rays (8 on fibres, 16 on meshes) say how much is seen of each of up to sixteen lights, and a hit takes what is interpolated
     /// between its points. A bias: fine shadows are blurred by as much, and what noise is kept is the same in all
     /// views (`face_noise` measures both). 0 keeps none: each hit has shadow rays of its own, as always with an environment,

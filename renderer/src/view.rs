@@ -261,7 +261,9 @@ impl RenderScene<'_> {
     /// modelled: the little polarisation that TT, TRT, second reflections and light from just below the skin keep, that
     /// a reflection near Brewster's angle turns the plane, and filters that are not crossed exactly.
     ///
-    /// Unbiased but for what is named: scatterings beyond the depth are left out; a pixel stops once its estimated
+    /// With [`Settings::shadow_spacing_px`] shadows of lights are looked up where they are kept, for the first view to ask.
+    ///
+    /// Unbiased but for what is named: shadows that are kept are interpolated; scatterings beyond the depth are left out; a pixel stops once its estimated
     /// standard error is below the target, which leaves dim, rarely lit pixels slightly low; a clamp, if set,
     /// darkens; samples that are not finite count as dark (and are counted).
     ///

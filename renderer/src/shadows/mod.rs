@@ -1,5 +1,6 @@
 //! Shadows kept at points of fibres and of meshes, shared by all views of a frame.
 
+mod mesh;
 mod places;
 #[cfg(test)]
 mod tests;
@@ -12,7 +13,7 @@ use crate::scene::RenderScene;
 use crate::vertex::{NEAR_RADII, SURFACE_OFFSET_MM};
 use crate::{RenderError, Settings};
 use glam::Vec3;
-use places::{On, Place, Places};
+use places::{MOST, On, Place, Places};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use strandbench_rng::Rng;
@@ -20,6 +21,8 @@ use strandbench_rng::Rng;
 /// Shadow rays of a point to each light, stratified over it: of a fibre's and of a mesh's, where fewer lights and fewer
 /// points share in a pixel.
 const RAYS: [u8; 2] = [8, 16];
+/// Lights farther below a mesh's horizon, sine of the angle, light none of the triangles that share a point.
+const BELOW: f32 = -0.3;
 const SHADOW_KEY: u64 = 0x7368_6164;
 /// Lights of a word, a byte each.
 const IN_WORD: usize = 8;
@@ -102,7 +105,16 @@ impl Shadows {
 
     #[cold]
     fn find(&self, scene: &RenderScene<'_>, place: &Place, blockers: &mut [LastBlockers]) -> [u64; WORDS] {
-        let (start, skip) = scene.stand(place);
+        let (start, skip, outward) = match place.on {
+            On::Fibre { strand, point, along } => {
+                let (start, skip) = scene.on_fibre(strand, point, along);
+                (start, skip, None)
+            }
+            On::Mesh => {
+                let (start, face) = scene.on_mesh(self.places.on_mesh(place.index));
+                (start, None, Some(face))
+            }
+        };
         let sampler =
             PixelSampler::new(Rng::keyed(&[self.seed, SHADOW_KEY, u64::from(place.index)]).next_u64());
         let mut bytes = [[1u8; IN_WORD]; WORDS];
@@ -110,6 +122,9 @@ impl Shadows {
         for (light, blockers) in (0..scene.lights.rectangles()).zip(blockers.iter_mut()) {
             for &[_, u, v] in &points[..usize::from(place.rays())] {
                 let Some(to) = scene.lights.on_rectangle(light, [u, v], start) else { continue };
+                if outward.is_some_and(|face| face.dot(to.direction) < BELOW) {
+                    continue;
+                }
                 if !scene.accel.occluded(start, to.direction, to.distance, skip, blockers) {
                     bytes[light / IN_WORD][light % IN_WORD] += 1;
                 }
@@ -123,32 +138,30 @@ impl Place {
     fn rays(&self) -> u8 {
         match self.on {
             On::Fibre { .. } => RAYS[0],
-            On::Mesh { .. } => RAYS[1],
+            On::Mesh => RAYS[1],
         }
     }
 }
 
 impl RenderScene<'_> {
-    /// Where shadow rays of a place start, and what they pass.
-    fn stand(&self, place: &Place) -> (Vec3, Option<Skip>) {
-        match *place {
-            Place { on: On::Fibre { strand, point, along }, .. } => {
-                let strands = &self.scene.strands;
-                let i = point as usize;
-                let start = match along {
-                    0.0 => strands.points[i],
-                    _ => strands.points[i].lerp(strands.points[i + 1], along),
-                };
-                (start, Some(Skip { strand, point, near_mm: NEAR_RADII * strands.radii_mm[i] }))
-            }
-            Place { on: On::Mesh { surface, triangle, uv }, .. } => {
-                let mesh = &self.scene.surfaces[surface as usize].mesh;
-                let [a, b, c] = mesh.triangles[triangle as usize].map(|k| mesh.vertices[k as usize]);
-                let (ab, ac) = (b - a, c - a);
-                let face = ab.cross(ac).normalize_or_zero();
-                (a + ab * uv[0] + ac * uv[1] + face * SURFACE_OFFSET_MM, None)
-            }
-        }
+    /// Where shadow rays of a place on a fibre start, and what they pass.
+    fn on_fibre(&self, strand: u32, point: u32, along: f32) -> (Vec3, Option<Skip>) {
+        let strands = &self.scene.strands;
+        let i = point as usize;
+        let start = match along {
+            0.0 => strands.points[i],
+            _ => strands.points[i].lerp(strands.points[i + 1], along),
+        };
+        (start, Some(Skip { strand, point, near_mm: NEAR_RADII * strands.radii_mm[i] }))
+    }
+
+    /// Where those of a place on a mesh start, and the triangle's unit normal.
+    fn on_mesh(&self, (surface, triangle, uv): (u32, u32, [f32; 2])) -> (Vec3, Vec3) {
+        let mesh = &self.scene.surfaces[surface as usize].mesh;
+        let [a, b, c] = mesh.triangles[triangle as usize].map(|k| mesh.vertices[k as usize]);
+        let (ab, ac) = (b - a, c - a);
+        let face = ab.cross(ac).normalize_or_zero();
+        (a + ab * uv[0] + ac * uv[1] + face * SURFACE_OFFSET_MM, face)
     }
 
     /// The places of kept shadows, shared by all views of these settings and this seed; `None` if none are kept.
@@ -171,7 +184,9 @@ impl RenderScene<'_> {
             return Ok(Some(shadows.clone()));
         }
         let meshes: Vec<_> = self.scene.surfaces.iter().map(|s| &s.mesh).collect();
-        let places = Places::new(&self.scene.strands, &meshes, spacing_mm);
+        let Some(places) = Places::new(&self.scene.strands, &meshes, spacing_mm, MOST) else {
+            return Ok(None);
+        };
         let words = (0..places.len() * WORDS).map(|_| AtomicU64::new(0)).collect();
         let made = Arc::new(Shadows { places, words, seed });
         *slot = Some((key, made.clone()));

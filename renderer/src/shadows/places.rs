@@ -1,5 +1,6 @@
 //! Points at which shadows are kept.
 
+use super::mesh::Meshes;
 use crate::accel::Hit;
 use glam::Vec3;
 use std::collections::HashSet;
@@ -8,15 +9,15 @@ use strandbench_types::{StrandSet, TriMesh};
 /// How much farther apart points are along fibres, which see lights from amid other fibres, than on the skin below.
 const ALONG: f32 = 2.0;
 /// Shadows of fibres farther than this are as smooth as those of meshes, mm.
-const NEAR_MM: f32 = 10.0;
+const NEAR_MM: f32 = 5.0;
 /// How much farther apart points are there.
-const FAR: f32 = 8.0;
+const FAR: f32 = 4.0;
 /// Most points: a gigabyte.
-const MOST: usize = 1 << 26;
+pub(super) const MOST: usize = 1 << 25;
 /// Parts of a segment, or of a triangle's edge.
 const MOST_PARTS: f32 = 255.0;
 
-/// One of the points, and where it is.
+/// One of the points, and what it is on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Place {
     pub index: u32,
@@ -27,8 +28,8 @@ pub(super) struct Place {
 pub(super) enum On {
     /// On the axis of the segment that starts at `point`; `along` is below 1.
     Fibre { strand: u32, point: u32, along: f32 },
-    /// Weights of the second and third corner.
-    Mesh { surface: u32, triangle: u32, uv: [f32; 2] },
+    /// See [`Places::on_mesh`].
+    Mesh,
 }
 
 /// Numbers of the points.
@@ -36,36 +37,39 @@ pub(super) enum On {
 pub(super) struct Places {
     /// The point at each of the strands' points; those of its segment follow.
     fibres: Vec<u32>,
-    /// Indexed [surface][triangle]: first point and parts of an edge.
-    meshes: Vec<Vec<(u32, u8)>>,
-    count: usize,
+    meshes: Meshes,
 }
 
 fn parts(length: f32, spacing: f32) -> f32 {
     (length / spacing).ceil().clamp(1.0, MOST_PARTS)
 }
 
-/// Points of a triangle with so many parts of an edge.
-fn points_of(parts: usize) -> usize {
-    (parts + 1) * (parts + 2) / 2
-}
-
 impl Places {
     /// Points at most about `spacing_mm` apart on meshes, farther along fibres and where no fibre is near; farther everywhere if
-    /// there were too many.
-    pub fn new(strands: &StrandSet, meshes: &[&TriMesh], spacing_mm: f32) -> Places {
+    /// there were more than `most`; `None` if there are as many at any distance.
+    pub fn new(strands: &StrandSet, meshes: &[&TriMesh], spacing_mm: f32, most: usize) -> Option<Places> {
+        let fewest = strands.points.len() + meshes.iter().map(|m| m.vertices.len()).sum::<usize>();
+        if fewest > most {
+            return None;
+        }
         let near = Near::new(strands);
         let mut spacing_mm = spacing_mm;
         loop {
-            let made = Places::spaced(strands, meshes, spacing_mm, &near);
-            if made.count <= MOST {
+            let made = Places::spaced(strands, meshes, spacing_mm, &near, most);
+            if made.is_some() {
                 return made;
             }
             spacing_mm *= 1.25;
         }
     }
 
-    fn spaced(strands: &StrandSet, meshes: &[&TriMesh], spacing: f32, near: &Near) -> Places {
+    fn spaced(
+        strands: &StrandSet,
+        meshes: &[&TriMesh],
+        spacing: f32,
+        near: &Near,
+        most: usize,
+    ) -> Option<Places> {
         let mut count = 0usize;
         let mut fibres = vec![0u32; strands.points.len()];
         for strand in 0..strands.len() {
@@ -77,28 +81,31 @@ impl Places {
                     None => 1,
                 };
             }
+            if count > most {
+                return None;
+            }
         }
-        let of_triangle = |mesh: &TriMesh, t: &[u32; 3]| {
-            let [a, b, c] = t.map(|k| mesh.vertices[k as usize]);
-            let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
-            let far = if near.holds((a + b + c) / 3.0) { 1.0 } else { FAR };
-            parts(longest, spacing * far) as u8
-        };
-        let mut of_mesh = |mesh: &TriMesh| {
-            let mut one = |t: &[u32; 3]| {
-                let parts = of_triangle(mesh, t);
-                let first = count as u32;
-                count += points_of(usize::from(parts));
-                (first, parts)
-            };
-            mesh.triangles.iter().map(&mut one).collect()
-        };
-        let meshes = meshes.iter().map(|m| of_mesh(m)).collect();
-        Places { fibres, meshes, count }
+        let mut made = Meshes { first: count as u32, ..Meshes::default() };
+        for mesh in meshes {
+            made.add(mesh, |side, middle| {
+                parts(side, spacing * if near.holds(middle) { 1.0 } else { FAR }) as u8
+            });
+            if count + made.owners.len() > most {
+                return None;
+            }
+        }
+        Some(Places { fibres, meshes: made })
     }
 
     pub fn len(&self) -> usize {
-        self.count
+        self.meshes.first as usize + self.meshes.owners.len()
+    }
+
+    /// Surface, triangle, and weights of its second and third corner, of a point on a mesh.
+    pub fn on_mesh(&self, index: u32) -> (u32, u32, [f32; 2]) {
+        let owner = &self.meshes.owners[(index - self.meshes.first) as usize];
+        let parts = f32::from(self.meshes.triangles[owner.surface as usize][owner.triangle as usize].parts);
+        (owner.surface, owner.triangle, owner.at.map(|k| f32::from(k) / parts))
     }
 
     /// The points that a hit lies between, and their weights.
@@ -119,18 +126,14 @@ impl Places {
                 [(place(part), 1.0 - weight), (place(part + 1), weight), (place(part), 0.0)]
             }
             Hit::Mesh { surface, triangle, uv, .. } => {
-                let (first, parts) = self.meshes[surface as usize][triangle as usize];
-                let parts = u32::from(parts);
+                let of = &self.meshes.triangles[surface as usize][triangle as usize];
+                let parts = u32::from(of.parts);
                 let [u, v] = uv.map(|w| w.clamp(0.0, 1.0) * parts as f32);
                 // Rounding may carry a hit beyond the third edge.
                 let row = (v as u32).min(parts - 1);
                 let column = (u as u32).min(parts - 1 - row);
                 let (du, dv) = ((u - column as f32).min(1.0), (v - row as f32).min(1.0));
-                let place = |column: u32, row: u32| {
-                    let index = first + row * (2 * parts + 3 - row) / 2 + column;
-                    let uv = [column, row].map(|k| k as f32 / parts as f32);
-                    Place { index, on: On::Mesh { surface, triangle, uv } }
-                };
+                let place = |column: u32, row: u32| Place { index: of.point(column, row), on: On::Mesh };
                 let (beside, above) = (place(column + 1, row), place(column, row + 1));
                 if du + dv <= 1.0 || column + row + 1 >= parts {
                     let here = (1.0 - du - dv).max(0.0);

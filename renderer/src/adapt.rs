@@ -121,7 +121,7 @@ impl View<'_> {
         let mut tile = Tile::default();
         let mut scratch = Scratch::new(self.scene.lights.len(), self.shadows.as_deref());
         let mut work = Work::default();
-        let around = self.around(x0, y0, &mut tile);
+        let around = self.around(x0, y0, &mut tile, &mut scratch);
         for y in y0..(y0 + TILE).min(self.height) {
             for x in x0..(x0 + TILE).min(self.width) {
                 if !self.footprint.covers(x, y) {
@@ -140,7 +140,7 @@ impl View<'_> {
         tile
     }
 
-    fn around(&self, x0: usize, y0: usize, tile: &mut Tile) -> Around {
+    fn around(&self, x0: usize, y0: usize, tile: &mut Tile, scratch: &mut Scratch<'_>) -> Around {
         let (side, first) = (TILE + 2, self.settings.samples_per_pixel);
         let mut hits = Vec::with_capacity(side * side * first as usize);
         let mut hair = vec![false; side * side];
@@ -152,8 +152,10 @@ impl View<'_> {
                 continue;
             }
             let sampler = PixelSampler::new(self.key(x, y));
+            let begun = self.begin(&mut scratch.beam, (x, y), first);
             for n in 0..first {
-                let hit = self.meet(&self.camera_ray((x, y), &sampler, n), tile);
+                let beam = begun.then_some(&mut scratch.beam);
+                let hit = self.meet(&self.camera_ray((x, y), &sampler, n), beam, tile);
                 *hair |= matches!(hit, Some(Hit::Fibre { .. }));
                 hits.push(hit);
             }
@@ -186,11 +188,17 @@ impl View<'_> {
         let cover = if hair { COVER.max(first.len() as u32) } else { first.len() as u32 };
         let begin = [cover, FIRST[0], FIRST[1] / self.walk.every, FIRST[2]];
         let mut wanted: [u32; 4] = std::array::from_fn(|i| begin[i].clamp(1, most[i]));
+        let mut begun = false;
         let (variance, converged) = loop {
+            let to_come = wanted[COVERED].saturating_sub(rays.max(first.len() as u32));
+            begun = begun || self.begin(&mut scratch.beam, at, to_come);
             for n in rays..wanted[COVERED] {
                 let hit = match first.get(n as usize) {
                     Some(hit) => *hit,
-                    None => self.meet(&self.camera_ray(at, &sampler, n), tile),
+                    None => {
+                        let beam = begun.then_some(&mut scratch.beam);
+                        self.meet(&self.camera_ray(at, &sampler, n), beam, tile)
+                    }
                 };
                 if let Some(hit) = hit {
                     let met = Met { index: n, hit };

@@ -76,6 +76,18 @@ impl RayMaker {
         self.cast(self.eye, self.base + self.per_x * x + self.per_y * y, 0.0)
     }
 
+    /// The ray through the middle of a pixel, and the greatest tangent of an angle between it and another through the
+    /// pixel's square.
+    pub fn beam(&self, (x, y): (usize, usize)) -> (CameraRay, f32) {
+        let (x, y) = (x as f64, y as f64);
+        let through = |x: f64, y: f64| self.base + self.per_x * x + self.per_y * y;
+        let middle = through(x + 0.5, y + 0.5);
+        let tangent = |corner: DVec3| corner.cross(middle).length() / corner.dot(middle);
+        let corners = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)];
+        let spread = corners.map(|(i, j)| tangent(through(x + i, y + j))).into_iter().fold(0.0, f64::max);
+        (self.ray(x + 0.5, y + 0.5), spread as f32)
+    }
+
     /// The ray through a point of the lens (`u[0]`, `u[1]`) at a time of the exposure (`u[2]`), uniform in [0, 1).
     pub fn lens_ray(&self, x: f64, y: f64, u: [f32; 3]) -> CameraRay {
         let through = self.base + self.per_x * x + self.per_y * y;

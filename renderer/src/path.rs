@@ -1,6 +1,6 @@
 //! Paths of light beyond the first scattering (Kajiya 1986), with light drawn at every vertex.
 
-use crate::accel::{Hit, LastBlockers};
+use crate::accel::{Beam, Hit, LastBlockers};
 use crate::guide::Guide;
 use crate::light::{Mix, Strategy, WEIGHED};
 use crate::sampler::PixelSampler;
@@ -58,12 +58,14 @@ pub(crate) struct Scratch<'a> {
     /// Of points that are looked for to be kept.
     kept: Vec<LastBlockers>,
     shadows: Option<&'a Shadows>,
+    /// Of the pixel that is worked on, if it was begun there.
+    pub beam: Beam,
 }
 
 impl<'a> Scratch<'a> {
     pub fn new(lights: usize, shadows: Option<&'a Shadows>) -> Scratch<'a> {
         let none = || vec![LastBlockers::default(); lights];
-        Scratch { first: none(), later: none(), kept: none(), shadows }
+        Scratch { first: none(), later: none(), kept: none(), shadows, beam: Beam::default() }
     }
 }
 

@@ -1,5 +1,7 @@
 //! One camera's view: tiles of pixels, adaptive sampling, the identity buffer.
 
+mod rays;
+
 use crate::accel::Hit;
 use crate::footprint::Footprint;
 use crate::lens::{CameraRay, RayMaker};
@@ -13,8 +15,7 @@ use crate::{Render, RenderError, Settings};
 use rayon::prelude::*;
 use std::sync::Arc;
 use std::time::Instant;
-use strandbench_rng::Rng;
-use strandbench_types::{Cancelled, Monitor, SampleHit};
+use strandbench_types::{Cancelled, Monitor};
 
 /// Rays added to a pixel that has not converged, before it is looked at again.
 const BATCH: u32 = 16;
@@ -51,77 +52,24 @@ impl View<'_> {
         tile
     }
 
-    /// The identity of what a camera ray met, if that is a fibre.
-    fn seen(&self, ray: &CameraRay, hit: &Hit) -> Option<SampleHit> {
-        let Hit::Fibre { t, strand, point, along } = *hit else {
-            return None;
-        };
-        let depth = ray.depth_at_start + (ray.start + f64::from(t)) * ray.depth_per_t;
-        Some(SampleHit {
-            strand,
-            segment: point - self.scene.scene.strands.offsets[strand as usize],
-            along,
-            depth_mm: depth as f32,
-        })
-    }
-
-    /// The random key of a pixel.
-    pub(crate) fn key(&self, x: usize, y: usize) -> u64 {
-        Rng::keyed(&[self.seed, self.camera as u64, (y * self.width + x) as u64]).next_u64()
-    }
-
     /// Radiance as the sensor weighs it.
     pub(crate) fn mono(&self, rgb: &[f32; 3]) -> f64 {
         let weights = self.scene.scene.sensor.response_rgb;
         (0..3).map(|c| f64::from(rgb[c] * weights[c])).sum()
     }
 
-    /// A pixel's camera ray with this index.
-    pub(crate) fn camera_ray(&self, (x, y): (usize, usize), sampler: &PixelSampler, n: u32) -> CameraRay {
-        let [fx, fy] = sampler.film(n);
-        let (x, y) = (x as f64 + f64::from(fx), y as f64 + f64::from(fy));
-        match self.pinhole {
-            true => self.maker.ray(x, y),
-            false => self.maker.lens_ray(x, y, sampler.lens(n)),
-        }
-    }
-
-    /// What a camera ray meets first.
-    pub(crate) fn meet(&self, ray: &CameraRay, tile: &mut Tile) -> Option<Hit> {
-        tile.work.primary += 1;
-        self.scene.accel.closest(ray.origin, ray.direction)
-    }
-
-    /// The identity of the fibre that a camera ray's hit is on; behind a lens, of what a pinhole amid the exposure sees at
-    /// the same place of the film.
-    pub(crate) fn identity(
-        &self,
-        (x, y): (usize, usize),
-        sampler: &PixelSampler,
-        n: u32,
-        (ray, hit): (&CameraRay, Option<&Hit>),
-        tile: &mut Tile,
-    ) -> Option<SampleHit> {
-        if self.pinhole {
-            return hit.and_then(|hit| self.seen(ray, hit));
-        }
-        let [fx, fy] = sampler.film(n);
-        let ray = self.maker.ray(x as f64 + f64::from(fx), y as f64 + f64::from(fy));
-        self.meet(&ray, tile).and_then(|hit| self.seen(&ray, &hit))
-    }
-
-    /// One camera ray's light.
+    /// One camera ray's light; `begun` says whether the pixel's beam was.
     fn sample(
         &self,
         at: (usize, usize),
         draws: Draws<'_>,
-        followed: Option<u32>,
+        (followed, begun): (Option<u32>, bool),
         tile: &mut Tile,
         scratch: &mut Scratch<'_>,
     ) -> ([f32; 3], [f32; 3]) {
         let n = draws.index;
         let ray = self.camera_ray(at, draws.sampler, n);
-        let hit = self.meet(&ray, tile);
+        let hit = self.meet(&ray, begun.then_some(&mut scratch.beam), tile);
         // Pixels that need more than the first samples do so for the sake of edges, not of shadows.
         let first = n < self.settings.samples_per_pixel;
         if first {
@@ -196,6 +144,7 @@ impl View<'_> {
         let goal = (f64::from(self.settings.noise_target)
             * f64::from(self.scene.scene.sensor.full_scale_radiance))
         .powi(2);
+        let begun = self.begin(&mut scratch.beam, (x, y), first);
         let mut n = 0u32;
         let mut stop = first;
         let variance = loop {
@@ -205,7 +154,7 @@ impl View<'_> {
             for i in 0..stop - n {
                 let followed = (i < in_batch).then(|| n / every + i);
                 let draws = Draws { sampler: &sampler, index: n + i, key };
-                let (direct, more) = self.sample((x, y), draws, followed, tile, scratch);
+                let (direct, more) = self.sample((x, y), draws, (followed, begun), tile, scratch);
                 for c in 0..3 {
                     sum[c] += f64::from(direct[c]) + f64::from(every) * f64::from(more[c]);
                 }

@@ -1,6 +1,7 @@
 //! The acceleration structure over fibre segments and triangles: a tree of nodes with eight boxes each, whose
 //! leaves hold up to eight segments side by side, so that both take one pass of the machine's vector unit.
 
+mod beam;
 mod bins;
 mod build;
 mod lanes;
@@ -12,6 +13,7 @@ mod profile;
 mod tests;
 mod walk;
 
+pub(crate) use beam::Beam;
 use glam::{DVec3, Vec3};
 #[cfg(target_arch = "x86_64")]
 use lanes::Avx2;

@@ -43,9 +43,15 @@ thread_local! {
 struct Counted;
 
 impl Lanes for Counted {
-    unsafe fn boxes(node: &Node, ray: &TreeRay, tmax: f32, enter: &mut [f32; WIDTH]) -> u32 {
+    unsafe fn boxes(
+        node: &Node,
+        ray: &TreeRay,
+        from: [[f32; 3]; 2],
+        tmax: f32,
+        enter: &mut [f32; WIDTH],
+    ) -> u32 {
         // SAFETY: it runs everywhere.
-        let mask = unsafe { Portable::boxes(node, ray, tmax, enter) };
+        let mask = unsafe { Portable::boxes(node, ray, from, tmax, enter) };
         let w = WORK.get();
         WORK.set(Work { nodes: w.nodes + 1, met: w.met + u64::from(mask.count_ones()), ..w });
         mask

@@ -74,7 +74,7 @@ impl Forest<'_> {
                 let node = unsafe { self.nodes.get_unchecked(at as usize) };
                 let mut enter = [0.0f32; WIDTH];
                 // SAFETY: the caller vouches for the instructions.
-                let mut met = unsafe { L::boxes(node, ray, tmax, &mut enter) };
+                let mut met = unsafe { L::boxes(node, ray, [ray.origin; 2], tmax, &mut enter) };
                 if met != 0 {
                     let first = met.trailing_zeros() as usize;
                     met &= met - 1;

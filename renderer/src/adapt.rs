@@ -25,7 +25,7 @@ const CHEAP: u32 = 8;
 /// At first: hits on fibres lit by lights, paths from them, hits on meshes.
 const FIRST: [u32; 3] = [8, 16, 8];
 /// What a camera ray, a hit lit by lights, a path, a mesh's hit cost, in camera rays.
-const COST: [u32; 4] = [1, 5, 2, 5];
+const COST: [u32; 4] = [1, 10, 10, 10];
 /// What has less than this part of a pixel's error is not sampled further for its sake.
 const MINOR: f64 = 0.1;
 /// Samples of lights on meshes start here, apart from those on fibres.

@@ -43,6 +43,7 @@ pub use skin::{Skin, SkinToward};
 pub use skin_light::SkinLight;
 pub use vertex::SurfacePoint;
 
+use strandbench_rng::Rng;
 use strandbench_types::{Cancelled, Plane, SampleHits};
 
 /// Why a view could not be rendered.
@@ -130,6 +131,9 @@ pub struct Settings {
     /// stereo fails on them. At the default number of rays the median depth error of that scene is 4.5 mm without
     /// the limit, 2.1 mm at 2, 1.8 mm at 1 and 1.7 mm at 0.5.
     pub clamp: f32,
+    /// Draws sampling and the sensor's noise anew where it is not 0, and nothing else: hair, motion, exposure and calibration stay those
+    /// of the run's seed. Not looked at by the renderer, whose callers give it [`Settings::noise_seed`].
+    pub noise: u64,
 }
 
 impl Default for Settings {
@@ -145,11 +149,23 @@ impl Default for Settings {
             indirect_every: 2,
             strategy: Strategy::Both,
             clamp: 1.0,
+            noise: 0,
         }
     }
 }
 
+/// Stream of what [`Settings::noise`] draws.
+const NOISE: u64 = 0x4E01;
+
 impl Settings {
+    /// Seed of sampling and of the sensor's noise in a run with `seed`: this one itself if [`Settings::noise`] is 0.
+    pub fn noise_seed(&self, seed: u64) -> u64 {
+        match self.noise {
+            0 => seed,
+            noise => Rng::keyed(&[seed, NOISE, noise]).next_u64(),
+        }
+    }
+
     fn validate(&self, pixels: usize) -> Result<(), RenderError> {
         let (first, most) = (self.samples_per_pixel, self.max_samples_per_pixel);
         let fail = |what: String| Err(RenderError::Scene(format!("render settings: {what}")));

@@ -12,6 +12,7 @@ mod judge;
 mod layering;
 mod outside;
 mod pipe;
+mod rest;
 mod sequence;
 mod stop;
 mod support;

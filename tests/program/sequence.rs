@@ -22,7 +22,7 @@ guides = 100
 "#;
 
 pub const SCENE: &str = "moving+samples_per_pixel=8+max_samples_per_pixel=8";
-const SETTINGS: [&str; 6] = [
+pub const SETTINGS: [&str; 6] = [
     "render.samples_per_pixel=8",
     "render.max_samples_per_pixel=8",
     "recon.labels=32",
@@ -30,7 +30,7 @@ const SETTINGS: [&str; 6] = [
     "recon.interior_seeds=150",
     "recon.orientation_passes=1",
 ];
-const VARIANT: &str = "luo-strands+labels=32+surface_seeds=150+interior_seeds=150+orientation_passes=1";
+pub const VARIANT: &str = "luo-strands+labels=32+surface_seeds=150+interior_seeds=150+orientation_passes=1";
 
 fn run<'a>(command: &'a str, more: &[&'a str]) -> Vec<&'a str> {
     let mut args = vec![command, "--scene", "moving.toml", "--out", "out"];
@@ -65,7 +65,7 @@ fn copy_of_finished(name: &str) -> PathBuf {
     dir
 }
 
-fn value(path: &Path) -> serde_json::Value {
+pub fn value(path: &Path) -> serde_json::Value {
     serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap()
 }
 

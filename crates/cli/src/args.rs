@@ -84,7 +84,7 @@ Exit code 0: every cell was scored. 1: at least one failed (its row says why). 1
   strandbench score strandbench-out/straight-blonde/luo
   strandbench score my-estimate --truth strandbench-out/straight-blonde/render/truth --out my-scores
   strandbench score --estimate my-answer --truth strandbench-out/straight-blonde/render --out my-scores
-  strandbench score out/moving-messy-red/luo-strands --rest out/moving-still/luo-strands out/moving-still+seed=2/luo-strands
+  strandbench score out/moving-messy-red/luo-strands --rest out/moving-still/luo-strands out/moving-still+noise=1/luo-strands
 
 An estimate of any program can be scored: a folder with depth.exr, .npy, .pfm or .png, mesh.ply or .obj, points.ply,
 strands.hair, .data, .ply, .obj or .tfx, orientation.exr, orientation_3d.exr, whichever it has. What is not there counts

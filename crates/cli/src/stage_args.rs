@@ -126,8 +126,8 @@ pub struct ScoreArgs {
     /// Seed of the nulls [default: the render's]
     #[arg(long)]
     pub seed: Option<u64>,
-    /// Of a sequence with strands: two variant folders of the same hair at rest, rendered with two seeds; what they
-    /// differ by is the flicker floor that C2 is measured above
+    /// Of a sequence with strands: two variant folders, each beside its render, of the same hair at rest, one rendered
+    /// with --set render.noise=1; what they differ by is the flicker floor that C2 is measured above
     #[arg(long, num_args = 2, value_names = ["DIR", "DIR"])]
     pub rest: Vec<PathBuf>,
     /// Folder to write [default: score in the variant folder]

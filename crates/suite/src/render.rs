@@ -83,7 +83,7 @@ pub fn render(
         progress.advance(1);
         progress.check()?;
         let metered = exposure::meter(job, &mut scene, settings, seed, progress)?;
-        let shot = Shot { seed, noise_seed: seed, metered, frame: None };
+        let shot = Shot { seed, noise_seed: settings.noise_seed(seed), metered, frame: None };
         render_shot(job, &scene, &shot, settings, dir, progress)
     })
 }

@@ -124,8 +124,7 @@ fn score_sequence(folder: &Path, args: &ScoreArgs, show: &Show) -> Result<Option
         Some(seed) => seed,
         None => Sequence::open(&render)?.file.seed,
     };
-    let rest: Option<[PathBuf; 2]> =
-        args.rest.iter().map(|r| r.join("reconstruct")).collect::<Vec<_>>().try_into().ok();
+    let rest: Option<[PathBuf; 2]> = args.rest.clone().try_into().ok();
     let out = args.out.clone().unwrap_or_else(|| variant.join("score"));
     // What --estimate names was made elsewhere: frames that it leaves out are absent.
     let score = match args.estimate {

@@ -13,7 +13,7 @@ const TABLE: &[Metric] = &[
     low("C1.noise_sd", "jitter as noise", "mm", "Standard deviation, in each coordinate, of independent noise that would jitter as much."),
     low("C2.regrown.mean", "change between frames, mean", "mm", "Mean distance between a frame's strands, carried by the true motion, and the next frame's, both ways; no identity is needed."),
     low("C2.regrown.median", "change between frames, median", "mm", "Half of the points lie no farther than this from the other frame's strands."),
-    low("C2.above_floor", "change above the flicker floor", "mm", "C2.regrown.mean less what two runs of the method with other seeds differ by on hair that stands still."),
+    low("C2.above_floor", "change above the flicker floor", "mm", "C2.regrown.mean less what two answers of the method differ by to the same hair at rest, seen with other noise."),
     low("C3.flicker.p50", "envelope flicker, median", "mm", "Half of the material points have a depth error that varies over time by no more than this (standard deviation)."),
     low("C3.flicker.p95", "envelope flicker, 95 %", "mm", "Nineteen in twenty material points have a depth error that varies over time by no more than this (standard deviation)."),
     low("C4.drift.median", "drift at the end", "mm", "Half of the first frame's tracked points have moved no farther than this from the true strands they started at."),

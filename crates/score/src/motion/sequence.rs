@@ -271,8 +271,8 @@ impl SequenceScorer {
         figures.survival = (good > 0).then(|| alive as f64 / good as f64);
     }
 
-    /// The figures. `flicker_floor_mm` is what [`flicker_floor_mm`] gives for two runs of the method with different
-    /// seeds on hair that stands still.
+    /// The figures. `flicker_floor_mm` is what [`flicker_floor_mm`] gives for two answers to the same hair at rest, seen with
+    /// other noise.
     ///
     /// # Errors
     /// If no frame was pushed, or the floor is not a distance.
@@ -321,7 +321,7 @@ fn mean(values: &[f64]) -> Option<f64> {
 }
 
 /// Mean distance (mm) between two estimates' strands, both ways: the flicker floor, if both are of the same hair at
-/// rest and differ in the method's seed alone. `None` if one of them has no strands.
+/// rest and differ in noise alone. `None` if one of them has no strands.
 ///
 /// # Errors
 /// If an estimate's strands are not valid.

@@ -146,7 +146,8 @@ impl Shooter<'_> {
         let time_s = self.stage.time_s(index);
         let poses = self.exposure(time_s)?;
         let middle = poses.len() / 2;
-        let own_seed = Rng::keyed(&[self.seed, FRAME_SEED, u64::from(index)]).next_u64();
+        let own_seed =
+            Rng::keyed(&[self.settings.noise_seed(self.seed), FRAME_SEED, u64::from(index)]).next_u64();
         let scene = &poses[middle].moment.scene;
         let traced: Vec<RenderScene<'_>> = poses
             .iter()

@@ -15,6 +15,7 @@
 mod file;
 mod reconstruct;
 mod render;
+mod rest;
 mod score;
 mod whole;
 

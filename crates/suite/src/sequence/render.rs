@@ -108,7 +108,7 @@ pub(crate) fn render_part(
     for &index in &indices {
         let inputs: BTreeMap<String, String> =
             inputs.clone().into_iter().chain([("frame".to_owned(), index.to_string())]).collect();
-        let own_seed = Rng::keyed(&[seed, FRAME_SEED, u64::from(index)]).next_u64();
+        let own_seed = Rng::keyed(&[settings.noise_seed(seed), FRAME_SEED, u64::from(index)]).next_u64();
         let shot = Shot { seed, noise_seed: own_seed, metered, frame: Some(index) };
         let folder = out.join(frame_name(index));
         let done = stage::run("render", &folder, inputs, &quiet, |dir| {

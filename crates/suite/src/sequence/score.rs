@@ -17,12 +17,12 @@ use strandbench_types::{Camera, Estimate, StopOnly};
 /// Scores every frame below `reconstruct` against its truth in `render` (A, B), and the sequence (C), into folders below
 /// `out`. Quantiles and shares of A1, A5 and B7 are taken over the raw errors of all frames; any other figure of the
 /// sequence by A and B is its median over frames, an absent answer being the worst. A frame in which nothing can be evaluated (no hair is seen) is left out of A and B, and said in `frames.json`. `seed` drives the
-/// nulls alone. `rest` are two folders of the method's answers to the same hair at rest, rendered with two seeds: what they
-/// differ by is the flicker floor of C2.
+/// nulls alone. `rest` are two variant folders, renders beside them, of the same hair at rest, rendered with other noise: what the
+/// answers differ by is the flicker floor of C2.
 ///
 /// # Errors
 /// If a frame or its truth cannot be read, the two do not fit, no frame can be evaluated, or the work is cancelled;
-/// finished frames then stand.
+/// finished frames then stand. If the renders of `rest` are of other or moving hair, or of the same noise.
 pub fn score_sequence(
     render: &Path,
     reconstruct: &Path,
@@ -90,7 +90,7 @@ fn score_answers(
         progress.advance(1);
         stages.done.push(done);
     }
-    let floor_mm = rest.map(flicker_floor).transpose()?;
+    let floor_mm = rest.map(super::rest::flicker_floor).transpose()?;
     let whole = Whole { sequence: &sequence, answers, scored: &stages, seed, floor_mm };
     let all = whole.score(out, progress)?;
     stages.done.push(all);
@@ -181,34 +181,11 @@ impl Answers<'_> {
 }
 
 /// As [`Answers::read`], of a frame's folder that a method of this program left.
-fn read_answer(answer: &Path) -> Result<(Estimate, Option<String>), SuiteError> {
+pub(super) fn read_answer(answer: &Path) -> Result<(Estimate, Option<String>), SuiteError> {
     let estimate = answer.join(ESTIMATE);
     if estimate.is_dir() {
         return Ok((strandbench_io::read_estimate(&estimate)?, None));
     }
     let file: super::AbsentFile = read_json(&answer.join(ABSENT))?;
     Ok((Estimate::default(), Some(file.reason)))
-}
-
-/// The mean over the frames that both folders have of what two answers to hair at rest differ by, mm.
-fn flicker_floor(rest: &[PathBuf; 2]) -> Result<f64, SuiteError> {
-    let mut floors = Vec::new();
-    let entries = std::fs::read_dir(&rest[0]).map_err(|e| SuiteError::file(&rest[0], e))?;
-    let mut names: Vec<_> = entries.flatten().map(|e| e.file_name()).collect();
-    names.sort_unstable();
-    for name in names.iter().filter(|n| rest.iter().all(|r| r.join(n).join(ESTIMATE).is_dir())) {
-        let [a, b] = [0, 1].map(|k| read_answer(&rest[k].join(name)));
-        let floor = strandbench_score::flicker_floor_mm(&a?.0, &b?.0)
-            .map_err(|e| SuiteError::Score { folder: rest[0].join(name), problem: e.to_string() })?;
-        floors.extend(floor);
-    }
-    if floors.is_empty() {
-        let problem = format!(
-            "and {} have no frame in common to which both answer with strands; reconstruct the same scene at rest \
-             with two seeds",
-            rest[1].display()
-        );
-        return Err(SuiteError::file(&rest[0], problem));
-    }
-    Ok(floors.iter().sum::<f64>() / floors.len() as f64)
 }
